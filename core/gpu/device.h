@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thin Vulkan: one instance and device of our own, buffers by address, compute pipelines, one submission at a time.
+// Shaders take no descriptors: the push constant is the address of a root struct that holds every table's address.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <volk.h>
+
+namespace hw {
+
+struct DeviceInfo {
+  std::string name;            // as the driver says it
+  std::string driver;          // name and version
+  std::string kind;            // "discrete", "integrated", "cpu", "virtual", "other"
+  std::uint32_t api_major = 0, api_minor = 0;
+  std::uint64_t memory_bytes = 0;
+  bool usable = false;         // has all that Headwater needs
+  std::string why_not;         // when not usable: what is missing, in a sentence
+  bool ray_query = false;
+  bool ray_pipeline = false;
+};
+
+// Errors a user can act on. DeviceLost and OutOfMemory end the render; the session can be built again.
+struct DeviceError : std::runtime_error { using std::runtime_error::runtime_error; };
+struct DeviceLost : DeviceError { using DeviceError::DeviceError; };
+struct OutOfMemory : DeviceError { using DeviceError::DeviceError; };
+
+// All Vulkan devices of the machine, best first (discrete, integrated, virtual, cpu). Never throws: an empty list and
+// `loader_error` when there is no Vulkan loader or driver at all.
+std::vector<DeviceInfo> list_devices(std::string* loader_error = nullptr);
+
+class Device;
+
+enum class BufferUse {
+  device,    // lives on the device; mapped too where memory is shared (CPU and integrated devices)
+  upload,    // host-written, device-read, always mapped
+  readback,  // device-written, host-read, always mapped and cached
+};
+
+// A storage buffer known by its address. `mapped` is null on a device with its own memory (BufferUse::device).
+class Buffer {
+ public:
+  Buffer(Device& device, std::size_t bytes, BufferUse use, std::string_view label);
+  ~Buffer();
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  std::size_t bytes() const { return bytes_; }
+  VkDeviceAddress address() const { return address_; }
+  VkBuffer handle() const { return buffer_; }
+  void* mapped() const { return mapped_; }
+  template <class T> T* as() const { return static_cast<T*>(mapped_); }
+
+ private:
+  Device& device_;
+  VkBuffer buffer_ = VK_NULL_HANDLE;
+  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  void* mapped_ = nullptr;
+  VkDeviceAddress address_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+using SpecConstants = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // constant_id, value
+
+// A compute kernel. Kernels are found by name among the SPIR-V embedded at build time ("camera" for camera.comp).
+class Kernel {
+ public:
+  Kernel(Device& device, std::string_view name, const SpecConstants& constants = {});
+  ~Kernel();
+  Kernel(const Kernel&) = delete;
+  Kernel& operator=(const Kernel&) = delete;
+  VkPipeline pipeline() const { return pipeline_; }
+  const std::string& name() const { return name_; }
+
+ private:
+  Device& device_;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  std::string name_;
+};
+
+// Records work and submits it. Barriers between dispatches are implied (each waits for the one before).
+class Commands {
+ public:
+  explicit Commands(Device& device);
+  ~Commands();
+  // `push` is at most 128 bytes: by convention the 8-byte root address, then what the stage needs.
+  void dispatch(const Kernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x);
+  // Groups from a QueueHeader at `offset` in `queue`.
+  void dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue, std::size_t offset = 0);
+  void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset, std::size_t bytes);
+  void fill(const Buffer& buffer, std::size_t offset, std::size_t bytes, std::uint32_t value);
+  // For Tracers that record their own commands (acceleration structure builds).
+  void record(const std::function<void(VkCommandBuffer)>& fn);
+  void begin_stage(std::string_view name);  // what follows is timed under this name
+  void flush();                             // submit what was recorded and wait; throws DeviceLost / OutOfMemory
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+struct StageTime { std::string name; double seconds; std::uint64_t calls; };
+
+class Device {
+ public:
+  // `name`: empty for the best usable device, else a part of a device's name (any case), its index, or one of
+  // "gpu"/"discrete"/"integrated"/"cpu". Throws DeviceError listing the devices and why each can't be used.
+  explicit Device(const std::string& name = {}, bool validation = false);
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const DeviceInfo& info() const;
+  bool shared_memory() const;   // device buffers are mapped: the host sees them without a copy
+  VkDevice handle() const;
+  VkPhysicalDevice physical() const;
+  VkPipelineLayout pipeline_layout() const;
+  std::uint64_t bytes_in_use() const;
+  std::uint64_t peak_bytes() const;
+  std::vector<StageTime> stage_times() const;   // since reset_stage_times()
+  void reset_stage_times();
+  void add_stage_time(std::string_view name, double seconds);  // host stages report here
+  std::uint64_t validation_messages() const;    // counted when validation is on; each is printed to stderr
+
+  // Convenience: a device buffer filled from host memory (through staging where memory is not shared).
+  std::unique_ptr<Buffer> upload(std::span<const std::byte> data, std::string_view label);
+  void write(Buffer& buffer, std::size_t offset, std::span<const std::byte> data);
+  void read(const Buffer& buffer, std::size_t offset, std::span<std::byte> data);
+
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hw

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays, hits and queues: what stages and Tracers exchange. Arrays are indexed by path id; queues list path ids.
+#ifndef HW_RAYS_H
+#define HW_RAYS_H
+#include "portable.h"
+HW_NAMESPACE_BEGIN
+
+// World space; direction of unit length; [tmin, tmax] in metres. `mask` is tested against the instance's mask.
+struct Ray {
+  vec3 origin;
+  float tmin;
+  vec3 direction;
+  float tmax;
+  uint mask;
+};
+HW_CHECK_SIZE(Ray, 36)
+
+// The nearest hit. instance == HW_NONE: nothing hit. instance == HW_LAMP_INSTANCE: `primitive` is a lamp index.
+// Triangle barycentrics as Vulkan and Embree have them: P = (1-u-v) v0 + u v1 + v v2.
+struct Hit {
+  float t;
+  float u;
+  float v;
+  uint instance;   // index into the instance table
+  uint primitive;  // triangle index within the mesh
+};
+HW_CHECK_SIZE(Hit, 20)
+
+HW_CONST uint HW_LAMP_INSTANCE = 0xFFFFFFFEu;
+
+// Instance mask bits (Vulkan has eight). Ray visibility is as in Cycles: what kind of ray may see the object.
+HW_CONST uint HW_MASK_CAMERA = 1u;
+HW_CONST uint HW_MASK_DIFFUSE = 2u;
+HW_CONST uint HW_MASK_GLOSSY = 4u;
+HW_CONST uint HW_MASK_TRANSMISSION = 8u;
+HW_CONST uint HW_MASK_SHADOW_OPAQUE = 16u;       // blocks shadow rays
+HW_CONST uint HW_MASK_SHADOW_TRANSPARENT = 32u;  // shadow rays pass, attenuated by the material
+HW_CONST uint HW_MASK_LAMP = 64u;                // lamps, for rays that carry MIS against next-event estimation
+HW_CONST uint HW_MASK_VOLUME = 128u;             // reserved
+
+// Header of a queue buffer; the first three words are a VkDispatchIndirectCommand for workgroups of HW_GROUP_SIZE.
+// `count` path ids follow.
+struct QueueHeader {
+  uint groups_x;
+  uint groups_y;
+  uint groups_z;
+  uint count;
+};
+HW_CHECK_SIZE(QueueHeader, 16)
+HW_CONST uint HW_GROUP_SIZE = 64u;
+
+HW_NAMESPACE_END
+#endif
