@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// One scene being rendered on one device: sync, a render on its own thread, progress, cancel, pixels out.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "session/settings.h"
+#include "trace/tracer.h"
+
+namespace hw {
+
+// A device and the Tracer that serves it. Expensive to make; one serves many sessions, one after another.
+struct Context {
+  std::unique_ptr<Device> device;
+  std::unique_ptr<Tracer> tracer;
+  int threads = 0;
+};
+std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads, bool validation);
+
+struct SyncReport {
+  double commit_seconds = 0, upload_seconds = 0, build_seconds = 0, lights_seconds = 0;
+  std::uint64_t meshes = 0, instances = 0, lights = 0, triangles = 0, materials = 0, images = 0;  // now in the scene
+  std::uint64_t meshes_uploaded = 0, instances_uploaded = 0, bytes_uploaded = 0;                  // by this sync
+};
+
+struct Progress {
+  std::uint32_t sample = 0, samples = 0;
+  std::uint64_t rays = 0;
+  double seconds = 0, remaining = 0;  // remaining < 0: not known yet
+  std::uint64_t memory_bytes = 0;
+  std::string stage;                  // what is being done now, for a status line
+  bool finished = false, cancelled = false;
+  std::string error;
+};
+
+class Session {
+ public:
+  Session(std::shared_ptr<Context> context, std::shared_ptr<Scene> scene);
+  ~Session();  // cancels and joins
+
+  SyncReport sync();                       // scene.commit(), upload, build. Not while rendering.
+  void start(const RenderSettings& settings);  // throws std::invalid_argument naming a bad setting
+  bool wait(int milliseconds);             // true when the render has ended
+  Progress progress() const;
+  void cancel();                           // ends within half a second; what was accumulated stays readable
+  void finish();                           // joins; throws what ended the render, if an error did
+  std::vector<std::pair<std::string, int>> passes() const;  // name, channels, in the order asked for
+  void size(std::uint32_t& width, std::uint32_t& height) const;  // of the region
+  // Pixels of a pass, averaged over the samples so far: width * height * channels floats, bottom row first, linear.
+  void read(const std::string& pass, float* out) const;
+  std::string stats_json() const;          // seconds per stage, rays, Mrays/s, memory
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+// All passes by Cycles' names with their channel counts.
+std::vector<std::pair<std::string, int>> all_passes();
+std::vector<std::string> integrator_names();
+
+}  // namespace hw
