@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the scene's tables by address (shared/tables.h). Each accessor returns one record; nothing here writes.
+// A kernel that includes this file has declared the push constant through lib/push.glsl.
+#ifndef HW_TABLES_GLSL
+#define HW_TABLES_GLSL
+#include "../shared/path.h"
+#include "../shared/rays.h"
+#include "../shared/tables.h"
+#include "push.glsl"
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer RootRef { Root root; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceTable { InstanceRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ImageTable { ImageRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightTable { LightRecord at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AliasTable { AliasEntry at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer FloatArray { float at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer ByteArray { uint8_t at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Array { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Array { vec4 at[]; };
+
+#define HW_ROOT (RootRef(push.root).root)
+
+// Rows of a row-major 3x4 matrix applied to points, vectors and normals. A macro, so that only the matrix is loaded.
+#define HW_TRANSFORM_POINT(m, p)                                                       \
+  vec3(m[0] * (p).x + m[1] * (p).y + m[2] * (p).z + m[3],                              \
+       m[4] * (p).x + m[5] * (p).y + m[6] * (p).z + m[7],                              \
+       m[8] * (p).x + m[9] * (p).y + m[10] * (p).z + m[11])
+#define HW_TRANSFORM_VECTOR(m, v)                                                      \
+  vec3(m[0] * (v).x + m[1] * (v).y + m[2] * (v).z,                                     \
+       m[4] * (v).x + m[5] * (v).y + m[6] * (v).z,                                     \
+       m[8] * (v).x + m[9] * (v).y + m[10] * (v).z)
+// Transposed 3x3 part: with the inverse matrix this transforms a normal.
+#define HW_TRANSFORM_TRANSPOSED(m, v)                                                  \
+  vec3(m[0] * (v).x + m[4] * (v).y + m[8] * (v).z,                                     \
+       m[1] * (v).x + m[5] * (v).y + m[9] * (v).z,                                     \
+       m[2] * (v).x + m[6] * (v).y + m[10] * (v).z)
+
+#endif
