@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene uses, one bit each. In GLSL it is specialisation constant 0 of every kernel, so that what is not used is not
+// in the kernel; in C++ everything is on.
+#ifndef HW_FEATURES_H
+#define HW_FEATURES_H
+#include "portable.h"
+HW_NAMESPACE_BEGIN
+
+// Closures, bits 0..15.
+HW_CONST uint HW_FEATURE_GLOSSY = 1u << 0;        // any GGX reflection: Principled's dielectric layer, Glossy, metals
+HW_CONST uint HW_FEATURE_METALLIC = 1u << 1;      // F82 metals
+HW_CONST uint HW_FEATURE_CONDUCTOR = 1u << 2;     // physical conductor (n, k) of the Metallic node
+HW_CONST uint HW_FEATURE_TRANSMISSION = 1u << 3;  // Glass, Refraction, Principled transmission
+HW_CONST uint HW_FEATURE_TRANSLUCENT = 1u << 4;
+HW_CONST uint HW_FEATURE_SHEEN = 1u << 5;
+HW_CONST uint HW_FEATURE_COAT = 1u << 6;
+HW_CONST uint HW_FEATURE_ANISOTROPY = 1u << 7;
+HW_CONST uint HW_FEATURE_ROUGH_DIFFUSE = 1u << 8;  // Oren-Nayar
+HW_CONST uint HW_FEATURE_TOON = 1u << 9;
+HW_CONST uint HW_FEATURE_TRANSPARENT = 1u << 10;   // alpha below 1, Transparent
+HW_CONST uint HW_FEATURE_BUMP = 1u << 11;  // shading normals: smooth shading, bump, normal maps (all but flat faces)
+HW_CONST uint HW_FEATURE_MULTISCATTER = 1u << 12;  // Multiscatter GGX: energy of microfacets restored
+// Bits 16..31: material programs, lights and the world.
+
+HW_NAMESPACE_END
+
+#ifdef __cplusplus
+#define HW_HAS(bit) true
+#else
+layout(constant_id = 0) const uint HW_FEATURES = 0xFFFFFFFFu;
+#define HW_HAS(bit) ((HW_FEATURES & (bit)) != 0u)
+#endif
+
+#endif
