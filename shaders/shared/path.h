@@ -31,5 +31,110 @@ HW_CONST uint HW_PASS_EMISSION = 20u;
 HW_CONST uint HW_PASS_ENVIRONMENT = 21u;
 HW_CONST uint HW_PASS_COUNT = 22u;
 
+// What a path is doing now. The ray-type bits say what made the current ray, as Cycles' Light Path node reports it.
+HW_CONST uint HW_PATH_CAMERA = 1u;
+HW_CONST uint HW_PATH_DIFFUSE = 2u;
+HW_CONST uint HW_PATH_GLOSSY = 4u;
+HW_CONST uint HW_PATH_TRANSMISSION = 8u;
+HW_CONST uint HW_PATH_REFLECTION = 16u;
+HW_CONST uint HW_PATH_SINGULAR = 32u;
+HW_CONST uint HW_PATH_SHADOW = 64u;
+HW_CONST uint HW_PATH_RAY_TYPES = 127u;
+HW_CONST uint HW_PATH_BACKGROUND_VISIBLE = 128u;  // only transparent surfaces so far: a miss is the film's background
+HW_CONST uint HW_PATH_EMISSION_ONLY = 256u;       // bounce limit reached: the next surface only emits (or lets through)
+HW_CONST uint HW_PATH_NO_TRANSPARENT = 512u;      // transparent limit reached: ends at the next surface
+HW_CONST uint HW_PATH_FIRST_DONE = 1024u;         // data passes have been written
+HW_CONST uint HW_PATH_DIFFUSE_ANCESTOR = 2048u;   // a diffuse bounce lies behind: caustics switches apply
+
+struct PathState {
+  vec3 throughput;
+  float mis_pdf;      // solid-angle pdf with which the BSDF chose this ray; 0: emission found counts in full
+  vec3 mis_origin;    // where it was chosen
+  float min_pdf;      // smallest such pdf on the path (Filter Glossy)
+  uint pixel;         // index within the region, row by row from the bottom
+  uint sample_index;
+  uint flags;         // HW_PATH_*
+  uint bounces;       // total | diffuse << 8 | glossy << 16 | transmission << 24
+  uint transparent;   // transparent bounces
+  uint seed;          // per-pixel hash for the sampler
+};
+HW_CHECK_SIZE(PathState, 56)
+
+// Where a path stands, written by the surface stage; its closures lie at closures[path * HW_MAX_CLOSURES].
+struct SurfacePoint {
+  vec3 position;
+  vec3 normal;            // geometric, unit, on the side of the viewer
+  vec3 terminator_offset; // moves shadow rays off the facets of a smooth mesh (Cycles' geometry offset)
+  uint closure_count;
+  uint flags;             // HW_SURFACE_*
+};
+HW_CHECK_SIZE(SurfacePoint, 44)
+HW_CONST uint HW_SURFACE_BACKFACING = 1u;
+HW_CONST uint HW_SURFACE_DELTA_ONLY = 2u;  // no closure a light sample could be evaluated for
+
+// What a shadow ray carries: added to the path's result where it arrives.
+struct ShadowState {
+  vec3 radiance;      // throughput * f * cos * Le / pdf * MIS weight
+  uint light_group;
+  vec3 diffuse;       // share of radiance by lobe (first bounce), for the light passes
+  float pad;
+  vec3 glossy;
+  uint transparent;   // transparent surfaces crossed so far
+};
+HW_CHECK_SIZE(ShadowState, 48)
+
+// Share of a path's throughput that left the first surface by the diffuse and glossy lobes; the rest is transmission.
+struct PathSplit {
+  vec3 diffuse;
+  vec3 glossy;
+};
+HW_CHECK_SIZE(PathSplit, 24)
+
+struct RayCounters {
+  uint64_t camera, indirect, shadow, transparent_shadow;
+};
+HW_CHECK_SIZE(RayCounters, 32)
+
+HW_CONST uint HW_FILTER_BLACKMAN_HARRIS = 0u;
+HW_CONST uint HW_FILTER_GAUSSIAN = 1u;
+HW_CONST uint HW_FILTER_BOX = 2u;
+
+struct FrameParams {
+  uint64_t paths;         // PathState[]
+  uint64_t rays;          // Ray[]
+  uint64_t hits;          // Hit[]
+  uint64_t shadow_rays;   // Ray[]
+  uint64_t shadow_hits;   // uint[]: 1 = blocked
+  uint64_t shadow_surface_hits;  // Hit[]: the next transparent surface on a shadow ray
+  uint64_t shadows;       // ShadowState[]
+  uint64_t surfaces;      // SurfacePoint[]
+  uint64_t closures;      // Closure[path_capacity * HW_MAX_CLOSURES]
+  uint64_t splits;        // PathSplit[]
+  uint64_t results;       // float[path_capacity * film_stride]
+  uint64_t film;          // float[pixels of the region * film_stride], sums over samples
+  uint64_t counters;      // RayCounters
+  uint width, height;                  // full frame
+  uint region_x, region_y, region_width, region_height;
+  uint first_pixel;       // this wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths
+  uint wave_pixels, wave_samples;
+  uint first_sample;
+  uint seed;
+  uint passes;            // bits by HW_PASS_*
+  uint film_stride;
+  uint pass_offset[22];
+  uint max_bounces, max_diffuse, max_glossy, max_transmission, max_transparent, min_bounces;
+  float clamp_direct, clamp_indirect;  // sums of |rgb|; HW_INFINITY: off
+  float filter_glossy;                 // 1 / the setting; HW_INFINITY: off
+  uint filter_type;
+  float filter_width;
+  uint caustics;                       // bit 0 reflective, bit 1 refractive
+  uint transparent_film;               // bit 0: on, bit 1: transparent glass
+  float pass_alpha_threshold;
+  float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
+  uint frame_flags;                    // HW_FRAME_*
+};
+HW_CHECK_SIZE(FrameParams, 320)
+HW_CONST uint HW_FRAME_BSDF_HITS_EMIT = 1u;     // something that emits can be hit by BSDF rays: trace them at the last bounce
+
 HW_NAMESPACE_END
 #endif

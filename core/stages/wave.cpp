@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wave buffers and the frame's parameters.
+#include "stages/wave.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hw {
+
+std::size_t wave_bytes_per_path(const FilmLayout& layout) {
+  return sizeof(PathState) + 2 * sizeof(Ray) + 2 * sizeof(Hit) + 4 + sizeof(ShadowState) + sizeof(SurfacePoint) +
+         HW_MAX_CLOSURES * sizeof(Closure) + (layout.light_passes ? sizeof(PathSplit) : 0) + layout.stride * 4 + 5 * 4;
+}
+
+std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const char* label) {
+  const std::size_t bytes = std::max<std::size_t>(element * capacity_, 64);
+  bytes_ += bytes;
+  return std::make_unique<Buffer>(device, bytes, BufferUse::device, label);
+}
+
+Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout) : capacity_(capacity) {
+  paths = make(device, sizeof(PathState), "path states");
+  rays = make(device, sizeof(Ray), "rays");
+  hits = make(device, sizeof(Hit), "hits");
+  shadow_rays = make(device, sizeof(Ray), "shadow rays");
+  shadow_hits = make(device, 4, "shadow ray results");
+  shadow_surface_hits = make(device, sizeof(Hit), "shadow ray hits");
+  shadows = make(device, sizeof(ShadowState), "shadow states");
+  surfaces = make(device, sizeof(SurfacePoint), "surface points");
+  closures = make(device, sizeof(Closure) * HW_MAX_CLOSURES, "closures");
+  splits = make(device, layout.light_passes ? sizeof(PathSplit) : 0, "light pass shares");
+  results = make(device, layout.stride * 4, "results");
+  counters_buffer = std::make_unique<Buffer>(device, sizeof(RayCounters), BufferUse::device, "ray counters");
+  frame = std::make_unique<Buffer>(device, sizeof(FrameParams), BufferUse::device, "frame parameters");
+  active = std::make_unique<Queue>(device, capacity, "active queue");
+  next = std::make_unique<Queue>(device, capacity, "next queue");
+  surface_queue = std::make_unique<Queue>(device, capacity, "surface queue");
+  shadow_queue = std::make_unique<Queue>(device, capacity, "shadow queue");
+  shadow_next = std::make_unique<Queue>(device, capacity, "next shadow queue");
+  Commands commands(device);
+  for (Queue* q : {active.get(), next.get(), surface_queue.get(), shadow_queue.get(), shadow_next.get()})
+    commands.fill(q->buffer, 0, sizeof(QueueHeader), 0);
+  commands.fill(*counters_buffer, 0, sizeof(RayCounters), 0);
+  commands.flush();
+
+  params_.paths = paths->address();
+  params_.rays = rays->address();
+  params_.hits = hits->address();
+  params_.shadow_rays = shadow_rays->address();
+  params_.shadow_hits = shadow_hits->address();
+  params_.shadow_surface_hits = shadow_surface_hits->address();
+  params_.shadows = shadows->address();
+  params_.surfaces = surfaces->address();
+  params_.closures = closures->address();
+  params_.splits = splits->address();
+  params_.results = results->address();
+  params_.counters = counters_buffer->address();
+}
+
+void Wave::write_params(Device& device) { device.write(*frame, 0, std::as_bytes(std::span(&params_, 1))); }
+
+RayCounters Wave::counters(Device& device) const {
+  RayCounters c{};
+  device.read(*counters_buffer, 0, std::as_writable_bytes(std::span(&c, 1)));
+  return c;
+}
+
+void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& layout) {
+  p.width = s.width;
+  p.height = s.height;
+  p.region_x = s.region[0];
+  p.region_y = s.region[1];
+  p.region_width = s.region[2] - s.region[0];
+  p.region_height = s.region[3] - s.region[1];
+  p.seed = s.seed;
+  p.passes = layout.mask;
+  p.film_stride = layout.stride;
+  std::copy(std::begin(layout.offset), std::end(layout.offset), std::begin(p.pass_offset));
+  p.max_bounces = s.max_bounces;
+  p.max_diffuse = s.diffuse_bounces;
+  p.max_glossy = s.glossy_bounces;
+  p.max_transmission = s.transmission_bounces;
+  p.max_transparent = s.transparent_bounces;
+  p.min_bounces = s.min_bounces;
+  // Cycles bounds the sum of three channels by three times the setting.
+  p.clamp_direct = s.clamp_direct > 0 ? 3 * s.clamp_direct : HW_INFINITY;
+  p.clamp_indirect = s.clamp_indirect > 0 ? 3 * s.clamp_indirect : HW_INFINITY;
+  p.filter_glossy = s.filter_glossy > 0 ? 1 / s.filter_glossy : HW_INFINITY;
+  p.filter_type = s.filter == "BOX" ? HW_FILTER_BOX : s.filter == "GAUSSIAN" ? HW_FILTER_GAUSSIAN : HW_FILTER_BLACKMAN_HARRIS;
+  p.filter_width = s.filter_width;
+  p.caustics = (s.caustics_reflective ? 1u : 0u) | (s.caustics_refractive ? 2u : 0u);
+  p.transparent_film = (s.transparent_film ? 1u : 0u) | (s.transparent_glass ? 2u : 0u);
+  p.pass_alpha_threshold = s.pass_alpha_threshold;
+  p.mist_start = s.mist_start;
+  p.mist_inverse_depth = s.mist_depth > 0 ? 1 / s.mist_depth : 0;
+  p.mist_falloff = s.mist_falloff == "LINEAR" ? 1.0f : s.mist_falloff == "INVERSE_QUADRATIC" ? 0.5f : 2.0f;
+}
+
+}  // namespace hw

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The buffers of one wave of paths: state, rays, hits, closures, queues. Sized once for a render and used again by every
+// wave of it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "film/film.h"
+#include "gpu/device.h"
+#include "session/settings.h"
+#include "shared/closure.h"
+#include "shared/path.h"
+#include "stages/stage.h"
+
+namespace hw {
+
+class Wave {
+ public:
+  // Throws OutOfMemory when the buffers don't fit.
+  Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout);
+
+  std::uint32_t capacity() const { return capacity_; }
+  std::uint64_t bytes() const { return bytes_; }
+  // Parameters of the coming wave; write_params() puts them where the stages read them.
+  FrameParams& params() { return params_; }
+  void write_params(Device& device);
+  std::uint64_t params_address() const { return frame->address(); }
+  RayCounters counters(Device& device) const;
+
+  std::unique_ptr<Buffer> paths, rays, hits, shadow_rays, shadow_hits, shadow_surface_hits, shadows, surfaces, closures,
+      splits, results, counters_buffer, frame;
+  std::unique_ptr<Queue> active, next, surface_queue, shadow_queue, shadow_next;
+
+ private:
+  std::unique_ptr<Buffer> make(Device& device, std::size_t element, const char* label);
+  std::uint32_t capacity_;
+  std::uint64_t bytes_ = 0;
+  FrameParams params_{};
+};
+
+// Bytes a path takes with this layout: what decides how many fit in a wave.
+std::size_t wave_bytes_per_path(const FilmLayout& layout);
+
+// Fills the parts of FrameParams that settings decide.
+void apply_settings(FrameParams& params, const RenderSettings& settings, const FilmLayout& layout);
+
+}  // namespace hw
