@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154,SC2034
+# Lint and tests for ./dev, sourced by it.
+
+cxx_files() { git ls-files -z --cached --others --exclude-standard -- 'core/*.h' 'core/*.cpp' 'shaders/*.h'; }
+
+lint() {
+  local failed=0
+  step="lint"
+  cxx_files | xargs -0 -r "$root/.venv/bin/clang-format" --dry-run -Werror --style=file || failed=1
+  "$py" -m ruff check . || failed=1
+  "$py" -m ruff format --check . || failed=1
+  "$py" tools/check_tree.py || failed=1
+  if [ "$failed" -ne 0 ]; then
+    say "lint: FAILED (./dev format mends what can be mended)"
+    return 1
+  fi
+  say "lint: clean"
+}
+
+format() {
+  step="format"
+  cxx_files | xargs -0 -r "$root/.venv/bin/clang-format" -i --style=file
+  "$py" -m ruff check --fix . || true
+  "$py" -m ruff format .
+}
+
+failures=()
+
+# checked NAME COMMAND…: runs it with its output shown; a failure is noted and the run goes on.
+checked() {
+  local name=$1 start=$SECONDS rc=0
+  shift
+  step=$name
+  printf '\n== %s\n' "$name"
+  "$@" </dev/null || rc=$?
+  printf '== %s: %s, %d s\n' "$name" "$([ "$rc" -eq 0 ] && echo passed || echo "FAILED (status $rc)")" $((SECONDS - start))
+  [ "$rc" -eq 0 ] || failures+=("$name")
+}
+
+run_tests() {
+  local quick=no only_pytest=no
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      --quick) quick=yes ;;
+      --pytest) only_pytest=yes ;;
+      *) break ;;
+    esac
+    shift
+  done
+  setup test
+  build release
+
+  local validation=(HEADWATER_VALIDATION=1)
+  if [ "$only_pytest" = no ]; then
+    checked "lint" lint
+    checked "C++ tests, this machine's device" env "${validation[@]}" build/release/headwater_tests
+    if [ "${#ray_query_env[@]}" -gt 0 ]; then
+      checked "C++ tests, ray-query device" env "${validation[@]}" "${ray_query_env[@]}" build/release/headwater_tests
+    fi
+    if [ "$quick" = no ]; then
+      build asan --target headwater_tests
+      checked "C++ tests, address and undefined-behaviour sanitizers" sanitized
+    fi
+  fi
+
+  local args=() rc=0
+  [ "$quick" = no ] || args+=(-m "not slow")
+  [ "$ray_query" = no ] || validation+=(HEADWATER_REQUIRE_RAY_QUERY=1)
+  step="pytest"
+  printf '\n== pytest\n'
+  if [ "${#failures[@]}" -gt 0 ]; then printf 'failed before pytest: %s\n' "${failures[@]}"; fi
+  env "${validation[@]}" "${ray_query_env[@]}" "$py" -m pytest "${args[@]}" "$@" </dev/null || rc=$?
+  if [ "${#failures[@]}" -gt 0 ]; then
+    printf 'FAILED: %s\n' "${failures[@]}" >&2
+    [ "$rc" -ne 0 ] || rc=1
+  fi
+  trap - ERR
+  exit "$rc"
+}
+
+# The driver is not instrumented: what it leaks is its own affair, named in tools/lsan.supp.
+sanitized() {
+  env "${ray_query_env[@]}" ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:strict_init_order=1 \
+    UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
+    LSAN_OPTIONS="suppressions=$root/tools/lsan.supp:print_suppressions=0" build/asan/headwater_tests
+}
