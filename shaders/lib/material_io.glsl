@@ -3,7 +3,7 @@
 #ifndef HW_MATERIAL_IO_GLSL
 #define HW_MATERIAL_IO_GLSL
 #include "../shared/material_program.h"
-#include "closures.h"
+#include "closure_builders.h"
 
 struct MaterialInputs {
   vec3 P;              // world; background: the direction looked in
@@ -21,7 +21,7 @@ struct MaterialInputs {
   uint transparent;    // transparent bounces so far
   float ray_length;    // distance from the last vertex
   float footprint;     // width of a pixel at P, world units (bump mapping); 0 where unknown
-  bool backfacing;
+  uint shade_flags;    // HW_SHADE_* (shared/closure.h), backfacing among them
 };
 
 // Zeroed by shader_output_reset before a program runs.

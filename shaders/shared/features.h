@@ -20,7 +20,9 @@ HW_CONST uint HW_FEATURE_TOON = 1u << 9;
 HW_CONST uint HW_FEATURE_TRANSPARENT = 1u << 10;   // alpha below 1, Transparent
 HW_CONST uint HW_FEATURE_BUMP = 1u << 11;  // shading normals: smooth shading, bump, normal maps (all but flat faces)
 HW_CONST uint HW_FEATURE_MULTISCATTER = 1u << 12;  // Multiscatter GGX: energy of microfacets restored
-// Bits 16..31: material programs, lights and the world.
+// Bits 16..27: families of material program operations, HW_VM_* of material_program.h shifted by this much.
+HW_CONST uint HW_FEATURE_VM_SHIFT = 16u;
+// Bits 28..31: lights and the world.
 
 HW_NAMESPACE_END
 

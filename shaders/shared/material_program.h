@@ -53,7 +53,7 @@ HW_CONST uint HW_TIER_LOOKUP_END = 64u;
 HW_CONST uint HW_TIER_PROCEDURAL_END = 96u;
 HW_CONST uint HW_TIER_CLOSURE_END = 128u;
 
-// X(name, code, operands read as bits a=1 b=2 c=4 d=8, features needed besides the core: HW_VM_*)
+// X(name, code, operands read as bits a=1 b=2 c=4 d=8 e=16 f=32, features needed besides the core: HW_VM_*)
 #define HW_MATERIAL_OPS(X)                                                                                  \
   X(HW_OP_END, 0u, 0u, 0u)                                                                                  \
   /* core: componentwise unless said otherwise */                                                           \
@@ -92,26 +92,27 @@ HW_CONST uint HW_TIER_CLOSURE_END = 128u;
   X(HW_OP_BRICK, 68u, 15u, HW_VM_PATTERN)      /* a coordinates, b (mortar, smooth, bias), c (width, height, offset), d (squash, -, -); sub = offset frequency | squash frequency << 8; result (tint, mortar, 0) */ \
   X(HW_OP_BLACKBODY, 69u, 1u, HW_VM_SPECTRUM)  /* a kelvin */                                               \
   X(HW_OP_WAVELENGTH, 70u, 1u, HW_VM_SPECTRUM) /* a nanometres */                                           \
-  /* closures; `weight` is everything the closure is multiplied by */                                       \
-  X(HW_OP_EMISSION, 96u, 1u, 0u)               /* a radiance (emission of a surface, or background) */      \
-  X(HW_OP_TRANSPARENT, 97u, 1u, 0u)            /* a weight */                                               \
+  /* closures; operand e is the closure's weight (scalar): the product of its Mix Shader factors */          \
+  X(HW_OP_EMISSION, 96u, 1u, 0u)               /* a radiance, weight included (surface or background) */    \
+  X(HW_OP_TRANSPARENT, 97u, 1u, 0u) /* a colour, weight included */                          \
   X(HW_OP_HOLDOUT, 98u, 1u, 0u)                /* a weight */                                               \
-  X(HW_OP_DIFFUSE, 99u, 7u, 0u)                /* a weight, b roughness, c normal */                        \
-  X(HW_OP_TRANSLUCENT, 100u, 5u, 0u)           /* a weight, c normal */                                     \
-  X(HW_OP_GLOSSY, 101u, 15u, HW_VM_BSDF)       /* a weight, b (roughness, anisotropy, rotation in turns), c normal, d tangent; sub = HW_DISTRIBUTION_* */ \
-  X(HW_OP_GLASS, 102u, 15u, HW_VM_BSDF)        /* a weight, b (roughness, ior, 0), c normal, d (thin film thickness nm, film ior, 0); sub */ \
-  X(HW_OP_REFRACTION, 103u, 7u, HW_VM_BSDF)    /* a weight, b (roughness, ior, 0), c normal; sub */         \
-  X(HW_OP_SHEEN, 104u, 7u, HW_VM_BSDF)         /* a weight, b roughness, c normal; sub 1: Ashikhmin velvet */ \
-  X(HW_OP_METALLIC, 105u, 15u, HW_VM_BSDF)     /* two rows, see HW_METALLIC_* */                            \
-  X(HW_OP_PRINCIPLED, 106u, 15u, HW_VM_PRINCIPLED) /* three rows, see HW_PRINCIPLED_* */                    \
-  X(HW_OP_ARGUMENTS, 107u, 0u, 0u)             /* six more operands a .. f of the closure row before it */
+  X(HW_OP_DIFFUSE, 99u, 23u, 0u)               /* a colour, b roughness, c normal */                        \
+  X(HW_OP_TRANSLUCENT, 100u, 21u, HW_VM_BSDF)  /* a colour, c normal */                                     \
+  X(HW_OP_GLOSSY, 101u, 31u, HW_VM_BSDF)       /* a colour, b (roughness, anisotropy, rotation in turns), c normal, d tangent; sub = HW_DISTRIBUTION_* */ \
+  X(HW_OP_GLASS, 102u, 23u, HW_VM_BSDF)        /* a colour, b (roughness, ior, 0), c normal; sub = HW_DISTRIBUTION_* */ \
+  X(HW_OP_REFRACTION, 103u, 23u, HW_VM_BSDF)   /* a colour, b (roughness, ior, 0), c normal */              \
+  X(HW_OP_SHEEN, 104u, 23u, HW_VM_BSDF)        /* a colour, b roughness, c normal */                        \
+  X(HW_OP_TOON, 105u, 23u, HW_VM_BSDF)         /* a colour, b (size, smooth, 0), c normal; sub 1: glossy */ \
+  X(HW_OP_METALLIC, 106u, 63u, HW_VM_BSDF)     /* a base colour or n, b (roughness, anisotropy, rotation in turns), c normal, d tangent, f edge tint or k; sub = HW_DISTRIBUTION_* | HW_METALLIC_* */ \
+  X(HW_OP_PRINCIPLED, 107u, 63u, HW_VM_PRINCIPLED) /* three rows, see below */                              \
+  X(HW_OP_ARGUMENTS, 108u, 63u, 0u)            /* six more operands of the closure row before it: a .. f, f where word 3's top half is */
 
 #define HW_OP_CONSTANT_(name, code, operands, features) HW_CONST uint name = code;
 HW_MATERIAL_OPS(HW_OP_CONSTANT_)
 #undef HW_OP_CONSTANT_
 
-// Families of operations a program uses; a kernel without a family leaves its code out (shared/features.h has them as
-// bits of the specialisation constant HW_FEATURES, shifted by HW_FEATURE_VM_SHIFT).
+// Families of operations a program uses; a kernel without a family leaves its code out (shared/features.h: bits
+// HW_FEATURE_VM_SHIFT and up of the specialisation constant HW_FEATURES).
 HW_CONST uint HW_VM_MATH = 1u;
 HW_CONST uint HW_VM_TABLE = 2u;
 HW_CONST uint HW_VM_INPUT = 4u;
@@ -122,7 +123,7 @@ HW_CONST uint HW_VM_NOISE = 64u;
 HW_CONST uint HW_VM_VORONOI = 128u;
 HW_CONST uint HW_VM_PATTERN = 256u;
 HW_CONST uint HW_VM_SPECTRUM = 512u;
-HW_CONST uint HW_VM_BSDF = 1024u;        // closures of single-BSDF nodes other than diffuse and translucent
+HW_CONST uint HW_VM_BSDF = 1024u;        // closures of single-BSDF nodes other than Diffuse
 HW_CONST uint HW_VM_PRINCIPLED = 2048u;
 
 HW_CONST uint HW_MATH_POW = 0u;          // as Cycles' Power: 0 where undefined, x^0 = 1
@@ -229,19 +230,15 @@ HW_CONST uint HW_DISTRIBUTION_MULTI_GGX = 1u;
 HW_CONST uint HW_DISTRIBUTION_BECKMANN = 2u;
 HW_CONST uint HW_DISTRIBUTION_ASHIKHMIN_SHIRLEY = 3u;
 HW_CONST uint HW_METALLIC_F82 = 0u;
-HW_CONST uint HW_METALLIC_CONDUCTOR = 4u;       // or-ed with the distribution
+HW_CONST uint HW_METALLIC_CONDUCTOR = 4u;       // physical conductor; or-ed with the distribution
 
-// HW_OP_METALLIC: a weight, b base colour or n, c normal, d tangent; then one HW_OP_ARGUMENTS row:
-// a edge tint or k, b (roughness, anisotropy, rotation in turns), c (film thickness nm, film ior, 0), d .. f unused.
-//
-// HW_OP_PRINCIPLED, sub: bit 0 multiscatter GGX, bits 1-2 subsurface method (0 Burley, 1 random walk, 2 skin).
-//   a weight, b base colour, c normal, d (metallic, roughness, ior)
-//   e (diffuse roughness, subsurface weight, subsurface scale), f subsurface radius
+// HW_OP_PRINCIPLED, sub: bit 0 multiscatter GGX.
+//   a base colour, b (metallic, roughness, ior), c normal, d (alpha, diffuse roughness, subsurface weight), e weight,
+//   f (specular level, anisotropy, rotation in turns)
 // then two HW_OP_ARGUMENTS rows:
-//   a (specular level, anisotropy, rotation in turns), b specular tint, c tangent
-//   d (transmission, subsurface ior, subsurface anisotropy), e (coat weight, coat roughness, coat ior), f coat tint
-//   a coat normal, b (sheen weight, sheen roughness, film thickness nm), c sheen tint, d emission radiance
-//   e (alpha, film ior, 0), f unused
+//   a specular tint, b tangent, c (transmission, film thickness nm, film ior), d (coat weight, coat roughness, coat ior),
+//   e coat tint, f coat normal
+//   a (sheen weight, sheen roughness, emission strength), b sheen tint, c emission colour, d to f unused
 
 HW_NAMESPACE_END
 #endif
