@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene's tables on the device (shared/tables.h), kept in step with a Scene by uploading only what changed, and the
+// geometry given to a Tracer.
+//
+// On a device that shares memory with the host a mesh's arrays and an image's texels live once: they are copied into the
+// mapped buffer, the scene's own copy is released, and a host Tracer reads the buffer. The scene gets them back when the
+// Tables are destroyed (see keep_scene()).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gpu/device.h"
+#include "scene/scene.h"
+#include "scene/upload.h"
+#include "shared/features.h"
+#include "shared/tables.h"
+#include "trace/tracer.h"
+
+namespace hw {
+
+struct TableCounts {
+  std::uint64_t meshes_uploaded = 0, instances_uploaded = 0, materials_uploaded = 0, images_uploaded = 0, lights_uploaded = 0;
+  std::uint64_t bytes_uploaded = 0;
+  double upload_seconds = 0, build_seconds = 0, lights_seconds = 0;
+};
+
+// What is in the tables now.
+struct TableTotals {
+  std::uint64_t meshes = 0, instances = 0, materials = 0, images = 0, lamps = 0, lights = 0;
+  std::uint64_t triangles = 0;            // of all instances
+  std::uint64_t unique_triangles = 0;     // of all meshes
+  std::uint32_t material_flags = 0;       // HW_MATERIAL_* of all materials, or-ed
+  std::uint32_t material_features = 0;    // HW_FEATURE_* that their programs need
+  bool smooth_normals = false;            // some mesh has normals
+};
+
+class Tables {
+ public:
+  // `device`, `scene` and `tracer` outlive the Tables.
+  Tables(Device& device, Scene& scene, Tracer& tracer);
+  ~Tables();
+
+  // Brings tables and Tracer in line with the scene, after Scene::commit(). Not while rendering. Throws SceneError,
+  // DeviceError (OutOfMemory) or what the Tracer throws; the next update() then goes over everything again.
+  TableCounts update();
+
+  // Which table lights are chosen by: "uniform" or "power". Throws std::invalid_argument for another name.
+  void choose_lights(const std::string& name);
+
+  // The world's importance map is evaluated by a stage, since its background is a program. When this gives a size after
+  // update(), evaluate the luminance of the grid (core/lights/light_table.h says where its texels lie) and pass it on.
+  struct GridSize { std::uint32_t width = 0, height = 0; };
+  std::optional<GridSize> world_luminance_wanted() const;
+  void set_world_luminance(std::span<const float> luminance, std::uint32_t width, std::uint32_t height);
+
+  // Addresses that the session owns.
+  void set_frame(VkDeviceAddress address) { set_address(root_.frame, address); }
+  void set_luts(VkDeviceAddress address) { set_address(root_.luts, address); }
+  void set_sobol(VkDeviceAddress address) { set_address(root_.sobol, address); }
+
+  // Where the root lies; the address never changes. Uploads pending changes of the root itself.
+  VkDeviceAddress root_address();
+  const Root& root() const { return root_; }
+  const TableTotals& totals() const { return totals_; }
+
+  // When false, the destructor does not copy lent arrays back: for a scene that goes away as well.
+  void keep_scene(bool keep) { keep_scene_ = keep; }
+
+ private:
+  struct MeshSlot;
+  struct ImageSlot;
+  struct GroupSlot;
+  struct LightState;
+
+  void set_address(std::uint64_t& where, VkDeviceAddress address) { root_dirty_ |= where != address, where = address; }
+  void update_meshes(Uploader& uploader, TableCounts& counts);
+  void upload_mesh(Id id, MeshSlot& slot, Uploader& uploader);
+  void update_images(Uploader& uploader, TableCounts& counts);
+  void update_materials(TableCounts& counts);
+  void update_instances(TableCounts& counts);
+  void lay_out_instances();
+  void write_group(Id first, const GroupSlot& slot);
+  void feed_tracer_instances();
+  void update_lights(Uploader& uploader, TableCounts& counts);
+  void update_root(Uploader& uploader);
+  void give_back();
+
+  Device& device_;
+  Scene& scene_;
+  Tracer& tracer_;
+  bool keep_scene_ = true;
+  bool failed_ = false;  // the last update did not finish
+
+  std::map<Id, MeshSlot> meshes_;
+  std::vector<std::uint32_t> free_mesh_records_;
+  std::map<Id, ImageSlot> images_;
+  std::map<Id, std::uint32_t> material_index_, image_index_;
+  std::map<Id, GroupSlot> groups_;
+  std::unique_ptr<LightState> lights_;
+
+  Table<MeshRecord> mesh_table_;
+  Table<InstanceRecord> instance_table_;
+  Table<std::uint32_t> slot_table_;
+  Table<MaterialRecord> material_table_;
+  Table<std::uint32_t> program_table_;
+  Table<float> constant_table_;
+  Table<ImageRecord> image_table_;
+  std::unique_ptr<Buffer> root_buffer_;
+  Root root_{};
+  bool root_dirty_ = true;
+  TableTotals totals_;
+
+  // Revisions of the scene that the tables show.
+  std::uint64_t seen_ = 0, seen_layout_ = 0, seen_lights_ = 0, seen_materials_ = 0, seen_images_ = 0, seen_world_ = 0;
+  bool layout_dirty_ = true;   // slots or masks of instances must be worked out again
+  bool lights_dirty_ = true;   // something that emits changed
+  bool tracer_instances_dirty_ = true;
+};
+
+}  // namespace hw
