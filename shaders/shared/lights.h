@@ -20,8 +20,8 @@ HW_CONST uint HW_LIGHT_DIFFUSE = 16u;       // ... to diffuse rays and surfaces
 HW_CONST uint HW_LIGHT_GLOSSY = 32u;
 HW_CONST uint HW_LIGHT_TRANSMISSION = 64u;
 HW_CONST uint HW_LIGHT_SHADER = 128u;       // emission needs the material program (textured); `material` says which
-HW_CONST uint HW_LIGHT_TWO_SIDED = 256u;    // triangle: emits from both faces (Cycles' default)
-HW_CONST uint HW_LIGHT_SOFT_FALLOFF = 512u; // point, spot: Cycles' soft falloff for receivers inside the sphere
+HW_CONST uint HW_LIGHT_TWO_SIDED = 256u;    // triangle: sampled from both faces (Cycles' default), else from axis_z's side
+HW_CONST uint HW_LIGHT_SOFT_FALLOFF = 512u; // point, spot: a disk that always faces the receiver instead of a sphere
 
 // World space. `emission` is radiance [W m^-2 sr^-1] for anything with an area or solid angle, radiant intensity
 // [W sr^-1] for a point of radius 0, irradiance [W m^-2] for a sun of angle 0.
@@ -29,14 +29,14 @@ struct LightRecord {
   uint type;
   uint flags;
   vec3 position;   // triangle: v0
-  vec3 axis_x;     // unit; triangle: edge v1-v0 (not unit)
-  vec3 axis_y;     // unit; triangle: edge v2-v0 (not unit)
-  vec3 axis_z;     // unit; triangle: geometric normal, unit
+  vec3 axis_x;     // unit; triangle: edge v1-v0 (not unit); spot: axes are the rows of the inverse of the lamp's 3x3
+  vec3 axis_y;     // unit; triangle: edge v2-v0 (not unit)     matrix (not unit), so that a scaled spot has Cycles' cone
+  vec3 axis_z;     // unit; triangle: normal of the side that is sampled, unit
   vec3 emission;
   float size_x;    // area: full width along axis_x; point, spot: radius; sun: half angle [rad]
-  float size_y;    // area: full height along axis_y
-  float spread_or_spot; // area: cos of half the spread; spot: cos of half the cone angle
-  float spot_smooth;    // spot: blend term (Cycles' spot_smooth); area: normalisation of the spread
+  float size_y;    // area: full height along axis_y; sun: 1 - cos(size_x); spot: 1 - cos of the widest half cone angle
+  float spread_or_spot; // area: tan of half the spread; spot: cos of half the cone angle in the lamp's own space
+  float spot_smooth;    // spot: 1 / ((1 - cos) blend); area: normalisation of the spread, 0 when it does not limit
   uint instance;   // triangle: instance index
   uint primitive;  // triangle: triangle index in its mesh; lamp: lamp index
   uint material;   // material index when HW_LIGHT_SHADER
@@ -46,7 +46,13 @@ struct LightRecord {
 HW_CHECK_SIZE(LightRecord, 104)
 
 // What a Tracer needs to intersect a lamp (point/spot spheres with radius > 0, area lamps). Suns are at infinity:
-// they are tested analytically on a miss. `shape`: 0 sphere, 1 rectangle, 2 ellipse, 3 nothing (keeps indices aligned).
+// they are tested analytically on a miss. Rectangle and ellipse are hit from the side of -cross(axis_x, axis_y) only.
+// A facing disk has its normal towards the ray's origin: centre, radius, normal = normalize(origin - center).
+HW_CONST uint HW_LAMP_SHAPE_SPHERE = 0u;
+HW_CONST uint HW_LAMP_SHAPE_RECTANGLE = 1u;
+HW_CONST uint HW_LAMP_SHAPE_ELLIPSE = 2u;
+HW_CONST uint HW_LAMP_SHAPE_NONE = 3u;         // keeps indices aligned
+HW_CONST uint HW_LAMP_SHAPE_FACING_DISK = 4u;  // point and spot with soft falloff (Blender's default)
 struct LampShape {
   uint shape;
   vec3 center;

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// All lights of a scene as one table: lamps (suns last), the world, emissive triangles; and the odds of choosing each.
+// Units and conventions are those of Cycles 5.0 (Blender's lamp settings give the same radiance).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+#include "shared/lights.h"
+#include "shared/tables.h"
+
+namespace hw {
+
+enum class LightSelection {
+  kUniform,  // every light alike
+  kPower,    // by an estimate of the flux that reaches the scene
+};
+
+// An instance whose mesh has at least one emissive slot. Pointers must live during the call.
+struct EmissiveInstance {
+  std::string name;
+  std::uint32_t instance = 0;                     // index in the instance table
+  Matrix34 object_to_world{};
+  std::span<const float> positions;               // 3 V, object space
+  std::span<const std::uint32_t> tri_vertices;    // 3 T
+  std::span<const std::uint8_t> tri_slots;        // T, or empty: slot 0
+  std::span<const std::uint32_t> slot_materials;  // material index of each slot; beyond its end: the last slot's
+  std::uint32_t flags = 0;                        // HW_LIGHT_CAMERA .. HW_LIGHT_TRANSMISSION: who sees the object
+};
+
+struct WorldLight {
+  bool emits = false;                             // take it as a light (next-event estimation towards the world)
+  std::array<float, 3> mean_radiance{0, 0, 0};    // over the sphere of directions
+  std::uint32_t material = HW_NONE;
+  std::uint32_t flags = 0;                        // HW_LIGHT_*
+};
+
+struct LightTableInput {
+  std::span<const LightData> lamps;
+  std::span<const EmissiveInstance> instances;
+  std::span<const MaterialRecord> materials;      // emission and flags are read
+  WorldLight world;
+  float scene_radius = 1;                         // of a sphere about everything [m]; scales suns and the world
+  LightSelection selection = LightSelection::kPower;
+};
+
+struct LightWarning {
+  std::string name;    // of the lamp or instance
+  std::string reason;
+};
+
+struct LightTable {
+  std::vector<LightRecord> lights;                // lamps, suns last among them; the world; triangles
+  std::vector<LampShape> shapes;                  // one for each lamp
+  std::vector<float> weights;                     // one for each light, what `alias` was made from
+  std::vector<AliasEntry> alias;                  // one for each light
+  std::vector<std::uint32_t> lamp_index;          // where input lamp i went
+  std::vector<std::uint32_t> instance_offset;     // first light of input instance i; its triangle t is at offset + t
+  std::uint32_t lamp_count = 0;
+  std::uint32_t sun_offset = 0, sun_count = 0;
+  std::uint32_t world_light = HW_NONE;
+  float total_weight = 0;                         // 0: nothing to sample
+  std::vector<LightWarning> warnings;             // lights left out (weight 0), with the reason
+};
+
+// Builds the table in O(lights), on several threads for large meshes. Lights that cannot emit (power not finite or not
+// positive, matrix not finite or flat, triangles without area) keep their place with weight 0 and emission 0.
+// Throws SceneError naming the instance when an index points outside its mesh, or there are 2^32 - 1 lights or more.
+LightTable build_light_table(const LightTableInput& input);
+
+// The same scene with other lamp settings or matrices: rewrites lamps, the world and the instances listed in `moved`
+// (indices into input.instances), and the odds where weights changed. Counts and order of everything must be as when the
+// table was built; throws SceneError otherwise. Returns false when nothing but lamps and the world was rewritten.
+bool update_light_table(LightTable& table, const LightTableInput& input, std::span<const std::uint32_t> moved);
+
+// One lamp's record and shape, and its flux estimate [W]. `reason` says why it does not emit, empty when it does.
+struct Lamp {
+  LightRecord record;
+  LampShape shape;
+  float flux = 0;
+  std::string reason;
+};
+Lamp make_lamp(const LightData& data, float scene_radius);
+
+}  // namespace hw

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pixel filters by importance sampling: a position is drawn from the filter, so that every sample weighs 1. Shapes and
+// the meaning of the width are Cycles': Blackman-Harris covers width px to each side, the Gaussian has sigma = width / 4
+// cut at 1.5 widths, the box is `width` px wide.
+#ifndef HW_FILTER_H
+#define HW_FILTER_H
+#include "../shared/portable.h"
+HW_NAMESPACE_BEGIN
+
+HW_CONST uint HW_FILTER_BOX = 0u;
+HW_CONST uint HW_FILTER_GAUSSIAN = 1u;
+HW_CONST uint HW_FILTER_BLACKMAN_HARRIS = 2u;
+
+// Inverse of the standard normal's cumulative distribution to about 5e-4: Abramowitz and Stegun 26.2.23.
+HW_FN float filter_normal_quantile(float u) {
+  float p = min(u, 1.0f - u);
+  float t = sqrt(-2.0f * log(max(p, 1e-12f)));
+  float x = t - (2.515517f + t * (0.802853f + t * 0.010328f)) / (1.0f + t * (1.432788f + t * (0.189269f + t * 0.001308f)));
+  return u < 0.5f ? -x : x;
+}
+
+// Blackman-Harris window on [-1, 1] (Harris 1978, four terms): x with cumulative distribution u, by Newton steps on the
+// analytic integral from the quantile of a near normal distribution.
+HW_FN float filter_blackman_harris(float u) {
+  float x = clamp(0.2578f * filter_normal_quantile(u), -0.98f, 0.98f);
+  for (int i = 0; i < 4; ++i) {
+    float a = HW_PI * x;
+    float s = sin(a);
+    float c = cos(a);
+    float s2 = 2.0f * s * c;
+    float c2 = 2.0f * c * c - 1.0f;
+    float s3 = s2 * c + c2 * s;
+    float c3 = c2 * c - s2 * s;
+    float density = 0.35875f + 0.48829f * c + 0.14128f * c2 + 0.01168f * c3;
+    float integral = 0.35875f * x + HW_INV_PI * (0.48829f * s + 0.07064f * s2 + 0.00389333f * s3);
+    x = clamp(x - (integral - 0.35875f * (2.0f * u - 1.0f)) / max(density, 6e-5f), -1.0f, 1.0f);
+  }
+  return x;
+}
+
+// Offset from the pixel's centre in pixels for uniform u in [0, 1)^2.
+HW_FN vec2 filter_sample(uint filter_type, float width, vec2 u) {
+  // 0.9999999980 of the normal lies within six sigma: the cut needs no renormalisation.
+  vec2 gaussian = vec2(filter_normal_quantile(u.x), filter_normal_quantile(u.y));
+  vec2 box = u - vec2(0.5f);
+  if (filter_type == HW_FILTER_BLACKMAN_HARRIS) {
+    return vec2(filter_blackman_harris(u.x), filter_blackman_harris(u.y)) * width;
+  }
+  return filter_type == HW_FILTER_GAUSSIAN ? clamp(gaussian * 0.25f, vec2(-1.5f), vec2(1.5f)) * width : box * width;
+}
+
+HW_NAMESPACE_END
+#endif
