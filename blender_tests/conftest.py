@@ -6,6 +6,7 @@ Environment (set by ./dev test):
   HEADWATER_REQUIRE_RAY_QUERY=1   a test marked ray_query fails, instead of being skipped, where no device has it
 """
 
+import functools
 import os
 
 import pytest
@@ -22,15 +23,17 @@ def core():
     return module
 
 
-@pytest.fixture(scope="session")
-def has_ray_query(core):
-    """True when the device that a Context takes by default offers ray query."""
-    return any(device["usable"] and device["ray_query"] for device in core.devices())
+@functools.cache
+def _any_ray_query():
+    import headwater._core as module
+
+    return any(device["usable"] and device["ray_query"] for device in module.devices())
 
 
-@pytest.fixture(autouse=True)
-def _ray_query_or_skip(request):
-    if request.node.get_closest_marker("ray_query") is None or request.getfixturevalue("has_ray_query"):
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    """Skips (or fails) tests marked ray_query before any of their fixtures open a device."""
+    if item.get_closest_marker("ray_query") is None or _any_ray_query():
         return
     message = "no Vulkan device with ray query here"
     pytest.fail(message) if REQUIRE_RAY_QUERY else pytest.skip(message)
