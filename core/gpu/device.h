@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <volk.h>
@@ -39,6 +40,7 @@ struct OutOfMemory : DeviceError { using DeviceError::DeviceError; };
 std::vector<DeviceInfo> list_devices(std::string* loader_error = nullptr);
 
 class Device;
+struct MemoryRange;  // a part of a device memory block
 
 enum class BufferUse {
   device,    // lives on the device; mapped too where memory is shared (CPU and integrated devices)
@@ -62,7 +64,7 @@ class Buffer {
  private:
   Device& device_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
-  VkDeviceMemory memory_ = VK_NULL_HANDLE;
+  std::unique_ptr<MemoryRange> memory_;
   void* mapped_ = nullptr;
   VkDeviceAddress address_ = 0;
   std::size_t bytes_ = 0;
@@ -113,7 +115,9 @@ class Device {
  public:
   // `name`: empty for the best usable device, else a part of a device's name (any case), its index, or one of
   // "gpu"/"discrete"/"integrated"/"cpu". Throws DeviceError listing the devices and why each can't be used.
-  explicit Device(const std::string& name = {}, bool validation = false);
+  // `threads`: host threads a CPU device may use, 0 for the driver's choice (lavapipe reads LP_NUM_THREADS when the
+  // instance enumerates its devices; the variable is set for that time only, and not while other Devices are made).
+  explicit Device(const std::string& name = {}, bool validation = false, int threads = 0);
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -122,9 +126,15 @@ class Device {
   bool shared_memory() const;   // device buffers are mapped: the host sees them without a copy
   VkDevice handle() const;
   VkPhysicalDevice physical() const;
+  const VolkDeviceTable& vk() const;  // this device's functions; never call through volk's global pointers
   VkPipelineLayout pipeline_layout() const;
-  std::uint64_t bytes_in_use() const;
+  std::uint32_t max_groups() const;   // most workgroups one dispatch may have
+  std::uint64_t bytes_in_use() const; // by Buffers, as the driver rounds them
   std::uint64_t peak_bytes() const;
+  void set_memory_limit(std::uint64_t bytes);   // a Buffer that would go past it throws OutOfMemory; 0: no limit
+  // Timing costs two timestamps a stage where the device has them; else each begin_stage() flushes. On by default
+  // where there are timestamps.
+  void set_stage_timing(bool on);
   std::vector<StageTime> stage_times() const;   // since reset_stage_times()
   void reset_stage_times();
   void add_stage_time(std::string_view name, double seconds);  // host stages report here

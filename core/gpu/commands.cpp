@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// One command buffer recorded, submitted and waited for at a time; barriers between commands are implied.
+
+#include <algorithm>
+#include <chrono>
+
+#include "gpu/impl.h"
+
+namespace hw {
+
+struct Commands::Impl {
+  static constexpr std::uint32_t kQueries = 1024;
+
+  Device& device;
+  Device::Impl& d;
+  VkCommandPool pool = VK_NULL_HANDLE;
+  VkCommandBuffer buffer = VK_NULL_HANDLE;
+  VkFence fence = VK_NULL_HANDLE;
+  VkQueryPool queries = VK_NULL_HANDLE;
+  bool recording = false;
+  bool dirty = false;  // something was recorded that the next command must wait for
+
+  // Stage marks of this recording: the stage named runs from its query to the next mark's.
+  struct Mark { std::string name; bool counts; };
+  std::vector<Mark> marks;
+  std::string stage;
+  bool stage_counts = false;  // begin_stage() was called and not yet counted
+
+  explicit Impl(Device& owner) : device(owner), d(owner.impl()) {
+    VkCommandPoolCreateInfo create{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    create.queueFamilyIndex = d.physical.queue_family;
+    check(d.vk.vkCreateCommandPool(d.device, &create, nullptr, &pool), "Making a command pool");
+    try {
+      VkCommandBufferAllocateInfo allocate{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+      allocate.commandPool = pool;
+      allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+      allocate.commandBufferCount = 1;
+      check(d.vk.vkAllocateCommandBuffers(d.device, &allocate, &buffer), "Making a command buffer");
+      VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+      check(d.vk.vkCreateFence(d.device, &fence_info, nullptr, &fence), "Making a fence");
+      if (d.timestamps) {
+        VkQueryPoolCreateInfo query{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+        query.queryType = VK_QUERY_TYPE_TIMESTAMP;
+        query.queryCount = kQueries;
+        check(d.vk.vkCreateQueryPool(d.device, &query, nullptr, &queries), "Making timestamp queries");
+      }
+    } catch (...) {
+      destroy();
+      throw;
+    }
+  }
+
+  ~Impl() { destroy(); }
+
+  void destroy() {
+    if (queries) d.vk.vkDestroyQueryPool(d.device, queries, nullptr);
+    if (fence) d.vk.vkDestroyFence(d.device, fence, nullptr);
+    if (pool) d.vk.vkDestroyCommandPool(d.device, pool, nullptr);
+  }
+
+  bool use_queries() const { return queries && d.stage_timing; }
+
+  void mark() {
+    if (!use_queries() || stage.empty() || marks.size() + 1 >= kQueries) return;
+    d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, static_cast<std::uint32_t>(marks.size()));
+    marks.push_back({stage, stage_counts});
+    stage_counts = false;
+  }
+
+  void begin() {
+    if (recording) return;
+    VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    check(d.vk.vkBeginCommandBuffer(buffer, &info), "Recording commands");
+    recording = true;
+    dirty = false;
+    marks.clear();
+    if (queries) d.vk.vkCmdResetQueryPool(buffer, queries, 0, kQueries);
+    mark();
+  }
+
+  void barrier(VkPipelineStageFlags to, VkAccessFlags access) {
+    VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
+    memory.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
+    memory.dstAccessMask = access;
+    VkPipelineStageFlags from = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    if (d.ray_query) from |= VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+    d.vk.vkCmdPipelineBarrier(buffer, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
+  }
+
+  // Before a command: starts recording, and waits for what was recorded before.
+  void next() {
+    begin();
+    if (dirty) {
+      VkPipelineStageFlags to =
+          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+      if (d.ray_query) to |= VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+      barrier(to, VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT);
+    }
+    dirty = true;
+  }
+
+  void bind(const Kernel& kernel, std::span<const std::byte> push) {
+    if (push.size() > 128 || push.size() % 4 != 0)
+      throw DeviceError("Kernel \"" + kernel.name() + "\": push constants are at most 128 bytes and a multiple of 4, not " +
+                        std::to_string(push.size()) + ".");
+    d.vk.vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
+    if (!push.empty())
+      d.vk.vkCmdPushConstants(buffer, d.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<std::uint32_t>(push.size()), push.data());
+  }
+
+  void flush() {
+    if (!recording) return;
+    if (!marks.empty())
+      d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, static_cast<std::uint32_t>(marks.size()));
+    if (dirty) barrier(VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT | VK_ACCESS_HOST_WRITE_BIT);
+    recording = false;
+    dirty = false;
+    const VkResult ended = d.vk.vkEndCommandBuffer(buffer);
+    VkResult result = ended;
+    const auto start = std::chrono::steady_clock::now();
+    if (ended == VK_SUCCESS) {
+      VkSubmitInfo submit{VK_STRUCTURE_TYPE_SUBMIT_INFO};
+      submit.commandBufferCount = 1;
+      submit.pCommandBuffers = &buffer;
+      {
+        std::lock_guard lock(d.queue_mutex);
+        result = d.vk.vkQueueSubmit(d.queue, 1, &submit, fence);
+      }
+      if (result == VK_SUCCESS) {
+        result = d.vk.vkWaitForFences(d.device, 1, &fence, VK_TRUE, UINT64_MAX);
+        d.vk.vkResetFences(d.device, 1, &fence);
+      }
+    }
+    const std::chrono::duration<double> host = std::chrono::steady_clock::now() - start;
+    collect(result == VK_SUCCESS, host.count());
+    d.vk.vkResetCommandPool(d.device, pool, 0);
+    check(result, "Running commands on " + d.physical.info.name);
+  }
+
+  void collect(bool ran, double host_seconds) {
+    if (!ran) return;
+    if (!marks.empty()) {
+      std::vector<std::uint64_t> ticks(marks.size() + 1);
+      const VkResult result =
+          d.vk.vkGetQueryPoolResults(d.device, queries, 0, static_cast<std::uint32_t>(ticks.size()), 8 * ticks.size(), ticks.data(),
+                                     8, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+      if (result == VK_SUCCESS)
+        for (std::size_t i = 0; i < marks.size(); ++i)
+          d.add_stage_time(marks[i].name, static_cast<double>((ticks[i + 1] - ticks[i]) & d.timestamp_mask) * d.timestamp_seconds,
+                           marks[i].counts);
+      marks.clear();
+    } else if (d.stage_timing && !queries && !stage.empty()) {
+      d.add_stage_time(stage, host_seconds, stage_counts);
+      stage_counts = false;
+    }
+  }
+};
+
+Commands::Commands(Device& device) : impl_(std::make_unique<Impl>(device)) {}
+Commands::~Commands() = default;
+
+void Commands::dispatch(const Kernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x) {
+  if (groups_x == 0) return;
+  if (groups_x > impl_->d.max_groups)
+    throw DeviceError("Kernel \"" + kernel.name() + "\": " + std::to_string(groups_x) + " workgroups are more than the " +
+                      std::to_string(impl_->d.max_groups) + " that " + impl_->d.physical.info.name + " can run at once.");
+  impl_->next();
+  impl_->bind(kernel, push);
+  impl_->d.vk.vkCmdDispatch(impl_->buffer, groups_x, 1, 1);
+}
+
+void Commands::dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue, std::size_t offset) {
+  impl_->next();
+  impl_->bind(kernel, push);
+  impl_->d.vk.vkCmdDispatchIndirect(impl_->buffer, queue.handle(), offset);
+}
+
+void Commands::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset, std::size_t bytes) {
+  if (bytes == 0) return;
+  impl_->next();
+  const VkBufferCopy region{from_offset, to_offset, bytes};
+  impl_->d.vk.vkCmdCopyBuffer(impl_->buffer, from.handle(), to.handle(), 1, &region);
+}
+
+void Commands::fill(const Buffer& buffer, std::size_t offset, std::size_t bytes, std::uint32_t value) {
+  if (bytes == 0) return;
+  impl_->next();
+  impl_->d.vk.vkCmdFillBuffer(impl_->buffer, buffer.handle(), offset, bytes, value);
+}
+
+void Commands::record(const std::function<void(VkCommandBuffer)>& fn) {
+  impl_->next();
+  fn(impl_->buffer);
+}
+
+void Commands::begin_stage(std::string_view name) {
+  if (!impl_->d.stage_timing) return;
+  if (!impl_->queries || impl_->marks.size() + 2 >= Impl::kQueries) impl_->flush();
+  impl_->stage = name;
+  impl_->stage_counts = true;
+  if (impl_->recording) impl_->mark();
+}
+
+void Commands::flush() { impl_->flush(); }
+
+}  // namespace hw
