@@ -11,7 +11,6 @@ HW_NAMESPACE_BEGIN
 HW_CONST float HW_CLOSURE_WEIGHT_CUTOFF = 1e-5f;
 
 #ifdef __cplusplus
-#define HW_IN(T) const T&
 struct ClosureList {
   Closure at[HW_MAX_CLOSURES];
   uint count = 0;
@@ -19,7 +18,6 @@ struct ClosureList {
 };
 #define HW_CLOSURE_AT(list, i) (list).at[i]
 #else
-#define HW_IN(T) T
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ClosureArray { Closure at[]; };
 struct ClosureList {
   uint64_t base;     // ClosureArray of this path

@@ -5,7 +5,7 @@
 // Rules for such headers
 //  - structs hold only float, uint, int, uint64_t, vec2, vec3, vec4 and fixed arrays of them; they are read with
 //    layout(scalar), so that C++ and GLSL agree byte for byte; each has HW_CHECK_SIZE behind it;
-//  - functions are declared HW_FN and take HW_OUT(T) / HW_INOUT(T) parameters; constants are HW_CONST;
+//  - functions are declared HW_FN and take HW_IN(T) (large structs) / HW_OUT(T) / HW_INOUT(T) parameters; constants are HW_CONST;
 //  - no swizzle assignment, no implicit int-to-float conversion, no default arguments, `f`-suffix on float literals.
 #ifndef HW_PORTABLE_H
 #define HW_PORTABLE_H
@@ -42,6 +42,7 @@ inline float intBitsToFloat(int u) { float x; std::memcpy(&x, &u, 4); return x; 
 
 #define HW_FN inline
 #define HW_CONST constexpr
+#define HW_IN(T) const T&
 #define HW_OUT(T) T&
 #define HW_INOUT(T) T&
 #define HW_NAMESPACE_BEGIN namespace hw {
@@ -61,6 +62,7 @@ inline float intBitsToFloat(int u) { float x; std::memcpy(&x, &u, 4); return x; 
 
 #define HW_FN
 #define HW_CONST const
+#define HW_IN(T) T
 #define HW_OUT(T) out T
 #define HW_INOUT(T) inout T
 #define HW_NAMESPACE_BEGIN
