@@ -21,13 +21,6 @@ auto& require(Map& map, Id id, const char* kind) {
   return it->second;
 }
 
-MeshArrays views(const MeshData& data) {
-  MeshArrays arrays{data.positions, data.normals, data.tri_vertices, data.tri_corners, data.tri_slots, {}};
-  arrays.attributes.reserve(data.attributes.size());
-  for (const AttributeData& attribute : data.attributes) arrays.attributes.emplace_back(attribute.data);
-  return arrays;
-}
-
 void check_references(const Scene::Impl& scene, Id id, const InstanceData& instance) {
   const std::string label = scene_label("instance", instance.name, id);
   if (!scene.meshes.contains(instance.mesh))
@@ -51,6 +44,13 @@ std::uint32_t attribute_hash(const std::string& name) {
   std::uint32_t hash = 2166136261u;
   for (unsigned char c : name) hash = (hash ^ c) * 16777619u;
   return hash == 0 ? 1u : hash;
+}
+
+MeshArrays mesh_views(const MeshData& data) {
+  MeshArrays arrays{data.positions, data.normals, data.tri_vertices, data.tri_corners, data.tri_slots, {}};
+  arrays.attributes.reserve(data.attributes.size());
+  for (const AttributeData& attribute : data.attributes) arrays.attributes.emplace_back(attribute.data);
+  return arrays;
 }
 
 bool invert(const float* matrix, float* out) {
@@ -87,7 +87,7 @@ void Scene::upsert_mesh(Id id, MeshData mesh) {
   // More slots than before, or other bounds, change the records of its instances.
   if (entry.users > 0 && entry.summary.max_slot != summary.max_slot) scene.touch_layout();
   entry.data = std::move(mesh);
-  entry.arrays = views(entry.data);
+  entry.arrays = mesh_views(entry.data);
   entry.summary = summary;
   entry.lender = nullptr;
   entry.revision = scene.revision++;

@@ -134,6 +134,7 @@ class Scene {
 
   struct Impl;
   const Impl& impl() const { return *impl_; }
+  Impl& impl() { return *impl_; }  // for Tables, which borrows arrays
   Scene();
   ~Scene();
 

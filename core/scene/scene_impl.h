@@ -23,6 +23,8 @@ struct MeshArrays {
   std::vector<std::span<const float>> attributes;
 };
 
+MeshArrays mesh_views(const MeshData& data);
+
 struct MeshEntry {
   MeshData data;             // vectors are empty while `lender` holds the arrays
   MeshArrays arrays;

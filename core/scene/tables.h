@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "gpu/device.h"
+#include "lights/light_table.h"
+#include "lights/world_distribution.h"
 #include "scene/scene.h"
 #include "scene/upload.h"
 #include "shared/features.h"
@@ -76,7 +78,18 @@ class Tables {
   struct MeshSlot;
   struct ImageSlot;
   struct GroupSlot;
-  struct LightState;
+  struct LightState {
+    std::vector<LightData> lamps;
+    std::vector<std::pair<Id, std::uint32_t>> lamp_kinds;  // ids and types: when they differ, places in the table do
+    WorldLight world;
+    WorldTables distribution;
+    std::optional<GridSize> wanted;
+    std::uint64_t world_revision = 0;
+    bool world_changed = false;       // the distribution is to be uploaded
+    float input_radius = 0;
+    LightSelection selection = LightSelection::kPower;
+    LightTable table;
+  };
 
   void set_address(std::uint64_t& where, VkDeviceAddress address) { root_dirty_ |= where != address, where = address; }
   void update_meshes(Uploader& uploader, TableCounts& counts);
@@ -85,11 +98,17 @@ class Tables {
   void update_materials(TableCounts& counts);
   void update_instances(TableCounts& counts);
   void lay_out_instances();
-  void write_group(Id first, const GroupSlot& slot);
+  void write_group(GroupSlot& slot);
+  void set_no_mesh();
   void feed_tracer_instances();
   void update_lights(Uploader& uploader, TableCounts& counts);
-  void update_root(Uploader& uploader);
-  void give_back();
+  void gather_lamps();
+  void gather_world();
+  void gather_instances(std::vector<EmissiveInstance>& instances, std::vector<std::uint32_t>& moved) const;
+  float scene_radius() const;
+  void relight();
+  void update_root();
+  void give_back(bool copy);
 
   Device& device_;
   Scene& scene_;
@@ -111,16 +130,22 @@ class Tables {
   Table<std::uint32_t> program_table_;
   Table<float> constant_table_;
   Table<ImageRecord> image_table_;
+  Table<LightRecord> light_table_;
+  Table<AliasEntry> alias_table_;
+  Table<float> world_table_;
   std::unique_ptr<Buffer> root_buffer_;
   Root root_{};
   bool root_dirty_ = true;
   TableTotals totals_;
 
   // Revisions of the scene that the tables show.
-  std::uint64_t seen_ = 0, seen_layout_ = 0, seen_lights_ = 0, seen_materials_ = 0, seen_images_ = 0, seen_world_ = 0;
+  std::uint64_t seen_ = 0, seen_layout_ = 0, seen_lights_ = 0, seen_materials_ = 0, seen_images_ = 0;
+  std::uint64_t array_bytes_ = 0;    // of mesh arrays and texels, by the update under way
   bool layout_dirty_ = true;   // slots or masks of instances must be worked out again
-  bool lights_dirty_ = true;   // something that emits changed
+  bool lights_layout_dirty_ = true;  // lights came or went
+  bool lights_dirty_ = true;         // lights changed in place
   bool tracer_instances_dirty_ = true;
+  bool has_no_mesh_ = false;
 };
 
 }  // namespace hw
