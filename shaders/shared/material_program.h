@@ -55,7 +55,7 @@ HW_CONST uint HW_TIER_CLOSURE_END = 128u;
 
 // X(name, code, operands read as bits a=1 b=2 c=4 d=8 e=16 f=32, features needed besides the core: HW_VM_*)
 #define HW_MATERIAL_OPS(X)                                                                                  \
-  X(HW_OP_END, 0u, 0u, 0u)                                                                                  \
+  X(HW_OP_END, 255u, 0u, 0u)                                                                                \
   /* core: componentwise unless said otherwise */                                                           \
   X(HW_OP_FMA, 1u, 7u, 0u)             /* a * b + c */                                                      \
   X(HW_OP_MIX, 2u, 7u, 0u)             /* a + (b - a) * c */                                                \
@@ -73,12 +73,12 @@ HW_CONST uint HW_TIER_CLOSURE_END = 128u;
   /* look-ups and transcendental functions */                                                               \
   X(HW_OP_MATH, 32u, 3u, HW_VM_MATH)           /* sub = HW_MATH_*; scalar: of a.x and b.x */                \
   X(HW_OP_MATRIX, 33u, 1u, HW_VM_MATH)         /* constants imm .. imm+2 are rows (x, y, z, offset) */      \
-  X(HW_OP_TABLE, 34u, 1u, HW_VM_TABLE)         /* sub = entries, top bit: no blending; imm = first entry; component i */ \
+  X(HW_OP_TABLE, 34u, 1u, HW_VM_TABLE)         /* sub = entries - 1 | HW_TABLE_*; imm = first entry; component i */ \
                                                /* of the result from component i of the table at a[i] in 0..1 */ \
-  X(HW_OP_INPUT, 35u, 0u, HW_VM_INPUT)         /* sub = HW_INPUT_* | shift << 8 */                          \
-  X(HW_OP_ATTRIBUTE, 36u, 0u, HW_VM_INPUT)     /* imm = hash; sub = HW_ATTRIBUTE_* | shift << 8 */          \
-  X(HW_OP_TRANSFORM, 37u, 1u, HW_VM_INPUT)     /* sub = HW_SPACE_* from | to << 2 | HW_TRANSFORM_* << 4 */  \
-  X(HW_OP_IMAGE, 38u, 3u, HW_VM_IMAGE)         /* a coordinates, b object-space normal (box only); imm image; sub HW_IMAGE_OP_* */ \
+  X(HW_OP_INPUT, 35u, 1u, HW_VM_INPUT)         /* sub = HW_INPUT_* | shift << 8; a filter width of the shift */ \
+  X(HW_OP_ATTRIBUTE, 36u, 1u, HW_VM_INPUT)     /* imm = hash; sub = HW_ATTRIBUTE_* | shift << 8; a as for INPUT */ \
+  X(HW_OP_TRANSFORM, 37u, 1u, HW_VM_INPUT)     /* sub = from | to << 2 | HW_TRANSFORM_* << 4 */  \
+  X(HW_OP_IMAGE, 38u, 3u, HW_VM_IMAGE)         /* a coordinates, b object-space normal (box only); imm image; sub see below; d names a second destination for alpha, 0 for none */ \
   X(HW_OP_ENVIRONMENT, 39u, 1u, HW_VM_IMAGE)   /* a direction to texture coordinates; sub 0 equirectangular, 1 mirror ball */ \
   X(HW_OP_COLOR, 40u, 1u, HW_VM_COLOR)         /* sub = HW_COLOR_* conversions */                           \
   X(HW_OP_BUMP, 41u, 15u, HW_VM_NORMAL)        /* a (height, height at dx, at dy), b (strength, distance, filter width), c normal, d 1: invert */ \
@@ -88,10 +88,8 @@ HW_CONST uint HW_TIER_CLOSURE_END = 128u;
   X(HW_OP_NOISE, 64u, 15u, HW_VM_NOISE)        /* a coordinates, b (w, detail, roughness), c (lacunarity, distortion, offset), d gain */ \
   X(HW_OP_VORONOI, 65u, 15u, HW_VM_VORONOI)    /* a coordinates, b (w, detail, roughness), c (lacunarity, smoothness, exponent), d (randomness, -, -) */ \
   X(HW_OP_WHITE_NOISE, 66u, 3u, HW_VM_PATTERN) /* a coordinates, b w; sub = dimensions | colour << 4 */     \
-  X(HW_OP_MAGIC, 67u, 3u, HW_VM_PATTERN)       /* a coordinates, b distortion; sub = depth */               \
+  X(HW_OP_MAGIC, 67u, 7u, HW_VM_PATTERN)       /* a coordinates, b distortion, c scale; sub = depth */               \
   X(HW_OP_BRICK, 68u, 15u, HW_VM_PATTERN)      /* a coordinates, b (mortar, smooth, bias), c (width, height, offset), d (squash, -, -); sub = offset frequency | squash frequency << 8; result (tint, mortar, 0) */ \
-  X(HW_OP_BLACKBODY, 69u, 1u, HW_VM_SPECTRUM)  /* a kelvin */                                               \
-  X(HW_OP_WAVELENGTH, 70u, 1u, HW_VM_SPECTRUM) /* a nanometres */                                           \
   /* closures; operand e is the closure's weight (scalar): the product of its Mix Shader factors */          \
   X(HW_OP_EMISSION, 96u, 1u, 0u)               /* a radiance, weight included (surface or background) */    \
   X(HW_OP_TRANSPARENT, 97u, 1u, 0u) /* a colour, weight included */                          \
@@ -122,9 +120,13 @@ HW_CONST uint HW_VM_NORMAL = 32u;
 HW_CONST uint HW_VM_NOISE = 64u;
 HW_CONST uint HW_VM_VORONOI = 128u;
 HW_CONST uint HW_VM_PATTERN = 256u;
-HW_CONST uint HW_VM_SPECTRUM = 512u;
-HW_CONST uint HW_VM_BSDF = 1024u;        // closures of single-BSDF nodes other than Diffuse
-HW_CONST uint HW_VM_PRINCIPLED = 2048u;
+HW_CONST uint HW_VM_BSDF = 512u;         // closures of single-BSDF nodes other than Diffuse
+HW_CONST uint HW_VM_PRINCIPLED = 1024u;
+
+HW_CONST uint HW_TABLE_ENTRIES = 0xFFFu;
+HW_CONST uint HW_TABLE_STEP = 0x8000u;         // no blending between entries
+HW_CONST uint HW_TABLE_EXTRAPOLATE = 0x4000u;  // straight on outside 0..1
+HW_CONST uint HW_TABLE_ALPHA = 0x2000u;        // fourth component, in all three
 
 HW_CONST uint HW_MATH_POW = 0u;          // as Cycles' Power: 0 where undefined, x^0 = 1
 HW_CONST uint HW_MATH_LOG = 1u;          // of a to base b, 0 where undefined
@@ -132,15 +134,15 @@ HW_CONST uint HW_MATH_EXP = 2u;
 HW_CONST uint HW_MATH_SIN = 3u;
 HW_CONST uint HW_MATH_COS = 4u;
 HW_CONST uint HW_MATH_TAN = 5u;
-HW_CONST uint HW_MATH_ASIN = 6u;         // 0 outside [-1, 1], as Cycles
+HW_CONST uint HW_MATH_ASIN = 6u;         // argument clamped to [-1, 1]
 HW_CONST uint HW_MATH_ACOS = 7u;
 HW_CONST uint HW_MATH_ATAN2 = 8u;        // atan(a, b)
 HW_CONST uint HW_MATH_SINH = 9u;
 HW_CONST uint HW_MATH_COSH = 10u;
 HW_CONST uint HW_MATH_TANH = 11u;
 
-// What HW_OP_INPUT reads. `shift` 1 and 2 give the value at P + dPdx and P + dPdy for bump mapping; inputs that do not
-// depend on the point ignore it.
+// What HW_OP_INPUT reads. `shift` 1 and 2 give the value at the point moved along either tangent by the pixel's footprint
+// times operand a, for bump mapping; inputs that do not depend on the point ignore it.
 HW_CONST uint HW_INPUT_UV = 0u;
 HW_CONST uint HW_INPUT_POSITION = 1u;
 HW_CONST uint HW_INPUT_NORMAL = 2u;
@@ -180,7 +182,8 @@ HW_CONST uint HW_TRANSFORM_AS_VECTOR = 0u;
 HW_CONST uint HW_TRANSFORM_AS_POINT = 1u;
 HW_CONST uint HW_TRANSFORM_AS_NORMAL = 2u;
 
-// sub of HW_OP_IMAGE: interpolation | extension << 2 | projection << 4 | what << 6 | box blend << 8 (in 1/255).
+// sub of HW_OP_IMAGE: interpolation | extension << 2 | projection << 4 | HW_IMAGE_UNPREMULTIPLY | box blend << 8 (in
+// 1/255). RGB is decoded from sRGB after filtering, as Cycles does.
 HW_CONST uint HW_INTERPOLATION_LINEAR = 0u;
 HW_CONST uint HW_INTERPOLATION_CLOSEST = 1u;
 HW_CONST uint HW_INTERPOLATION_CUBIC = 2u;
@@ -190,9 +193,7 @@ HW_CONST uint HW_EXTENSION_CLIP = 2u;
 HW_CONST uint HW_EXTENSION_MIRROR = 3u;
 HW_CONST uint HW_PROJECTION_FLAT = 0u;
 HW_CONST uint HW_PROJECTION_BOX = 1u;
-HW_CONST uint HW_IMAGE_OP_COLOR = 0u;           // RGB as stored (after transfer decoding)
-HW_CONST uint HW_IMAGE_OP_ALPHA = 1u;
-HW_CONST uint HW_IMAGE_OP_UNPREMULTIPLIED = 2u; // RGB divided by alpha where the image is premultiplied
+HW_CONST uint HW_IMAGE_UNPREMULTIPLY = 64u;     // divide RGB by alpha where the image is premultiplied
 
 HW_CONST uint HW_COLOR_RGB_TO_HSV = 0u;
 HW_CONST uint HW_COLOR_HSV_TO_RGB = 1u;
