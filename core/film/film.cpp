@@ -91,8 +91,12 @@ Film::Film(Device& device, const FilmLayout& layout, std::uint32_t width, std::u
     : device_(device), layout_(layout), width_(width), height_(height) {
   const std::size_t floats = std::size_t(width) * height * layout.stride;
   sums_ = std::make_unique<Buffer>(device, std::max<std::size_t>(floats * 4, 16), BufferUse::device, "film");
-  Commands commands(device);
-  commands.fill(*sums_, 0, floats * 4, 0);
+  clear();
+}
+
+void Film::clear() {
+  Commands commands(device_);
+  commands.fill(*sums_, 0, sums_->bytes(), 0);
   commands.flush();
 }
 
@@ -101,15 +105,15 @@ void Film::download(std::vector<float>& out) {
   device_.read(*sums_, 0, std::as_writable_bytes(std::span(out)));
 }
 
-void Film::resolve(const std::vector<float>& sums, const PassInfo& pass, std::uint32_t samples, std::uint32_t extra,
-                   std::uint32_t split, float exposure, float* out) const {
+void Film::resolve(const std::vector<float>& sums, const PassInfo& pass, const SampleCounts& counts, float exposure,
+                   float* out) const {
   const std::size_t pixels = std::size_t(width_) * height_;
   const std::uint32_t stride = layout_.stride, offset = layout_.offset[pass.bit];
   const PassInfo* colour = colour_of(pass);
   const std::uint32_t colour_offset = colour ? layout_.offset[colour->bit] : 0;
   const int n = pass.channels;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const std::uint32_t count = samples + (i < split ? extra : 0);
+    const std::uint32_t count = counts.samples + (i < counts.split ? counts.extra : 0);
     const float* in = &sums[i * stride + offset];
     const float scale = count == 0 ? 0.0f : (pass.averaged ? 1.0f / float(count) : 1.0f) * (pass.exposed ? exposure : 1.0f);
     for (int c = 0; c < n; ++c) {

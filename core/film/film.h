@@ -35,6 +35,13 @@ struct FilmLayout {
 // Throws std::invalid_argument naming an unknown pass and the known ones.
 FilmLayout film_layout(const std::vector<std::string>& names);
 
+// How many samples each pixel of a film holds: `samples`, and `extra` more in the pixels before `split`.
+struct SampleCounts {
+  std::uint32_t samples = 0;
+  std::uint32_t extra = 0;
+  std::uint32_t split = 0;
+};
+
 class Film {
  public:
   Film(Device& device, const FilmLayout& layout, std::uint32_t width, std::uint32_t height);
@@ -44,10 +51,10 @@ class Film {
   Buffer& sums() { return *sums_; }
   // Copies the sums to the host (`pixels * stride` floats).
   void download(std::vector<float>& out);
-  // Writes a pass of downloaded sums: width * height * channels floats, bottom row first. Pixels before `split` hold
-  // `samples + extra` samples, the others `samples`; a pixel without samples reads as zero.
-  void resolve(const std::vector<float>& sums, const PassInfo& pass, std::uint32_t samples, std::uint32_t extra,
-               std::uint32_t split, float exposure, float* out) const;
+  // Writes a pass of downloaded sums: width * height * channels floats, bottom row first. A pixel without samples reads
+  // as zero.
+  void resolve(const std::vector<float>& sums, const PassInfo& pass, const SampleCounts& counts, float exposure, float* out) const;
+  void clear();
 
  private:
   Device& device_;

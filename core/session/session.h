@@ -15,10 +15,16 @@
 
 namespace hw {
 
+class KernelCache;
+
 // A device and the Tracer that serves it. Expensive to make; one serves many sessions, one after another.
 struct Context {
+  Context();
+  ~Context();
   std::unique_ptr<Device> device;
   std::unique_ptr<Tracer> tracer;
+  std::unique_ptr<KernelCache> kernels;
+  std::unique_ptr<Buffer> luts;  // albedo tables (materials/luts.h)
   int threads = 0;
 };
 std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads, bool validation);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lib/filter.h"
+
 namespace hw {
 
 std::size_t wave_bytes_per_path(const FilmLayout& layout) {
@@ -18,7 +20,8 @@ std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const ch
   return std::make_unique<Buffer>(device, bytes, BufferUse::device, label);
 }
 
-Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout) : capacity_(capacity) {
+Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
+    : capacity_(capacity), layout_mask_(layout.mask) {
   paths = make(device, sizeof(PathState), "path states");
   rays = make(device, sizeof(Ray), "rays");
   hits = make(device, sizeof(Hit), "hits");
@@ -63,6 +66,11 @@ RayCounters Wave::counters(Device& device) const {
   RayCounters c{};
   device.read(*counters_buffer, 0, std::as_writable_bytes(std::span(&c, 1)));
   return c;
+}
+
+void Wave::reset_counters(Device& device) {
+  const RayCounters zero{};
+  device.write(*counters_buffer, 0, std::as_bytes(std::span(&zero, 1)));
 }
 
 void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& layout) {

@@ -27,6 +27,8 @@ class Wave {
   void write_params(Device& device);
   std::uint64_t params_address() const { return frame->address(); }
   RayCounters counters(Device& device) const;
+  void reset_counters(Device& device);
+  std::uint32_t layout_mask() const { return layout_mask_; }
 
   std::unique_ptr<Buffer> paths, rays, hits, shadow_rays, shadow_hits, shadow_surface_hits, shadows, surfaces, closures,
       splits, results, counters_buffer, frame;
@@ -35,6 +37,7 @@ class Wave {
  private:
   std::unique_ptr<Buffer> make(Device& device, std::size_t element, const char* label);
   std::uint32_t capacity_;
+  std::uint32_t layout_mask_;  // passes the results were sized for
   std::uint64_t bytes_ = 0;
   FrameParams params_{};
 };

@@ -23,6 +23,8 @@ HW_CONST uint HW_FEATURE_MULTISCATTER = 1u << 12;  // Multiscatter GGX: energy o
 // Bits 16..27: families of material program operations, HW_VM_* of material_program.h shifted by this much.
 HW_CONST uint HW_FEATURE_VM_SHIFT = 16u;
 // Bits 28..31: lights and the world.
+HW_CONST uint HW_FEATURE_WORLD_PROGRAM = 1u << 28;     // the background is a program, not a constant
+HW_CONST uint HW_FEATURE_EMISSION_PROGRAM = 1u << 29;  // some emissive material's emission varies
 
 HW_NAMESPACE_END
 

@@ -64,18 +64,20 @@ HW_CHECK_SIZE(PathState, 56)
 struct SurfacePoint {
   vec3 position;
   vec3 normal;            // geometric, unit, on the side of the viewer
+  vec3 shading_normal;    // interpolated, on the side of the viewer, before bump and normal maps
   vec3 terminator_offset; // moves shadow rays off the facets of a smooth mesh (Cycles' geometry offset)
+  float terminator_cutoff; // cosine at the geometric normal below which it applies
   uint closure_count;
-  uint flags;             // HW_SURFACE_*
+  uint flags;             // HW_SURFACE_* and HW_SHADE_*
 };
-HW_CHECK_SIZE(SurfacePoint, 44)
-HW_CONST uint HW_SURFACE_BACKFACING = 1u;
-HW_CONST uint HW_SURFACE_DELTA_ONLY = 2u;  // no closure a light sample could be evaluated for
+HW_CHECK_SIZE(SurfacePoint, 60)
+HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
+HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could be evaluated for
 
 // What a shadow ray carries: added to the path's result where it arrives.
 struct ShadowState {
   vec3 radiance;      // throughput * f * cos * Le / pdf * MIS weight
-  uint light_group;
+  uint bounce;        // scatterings before the light, this one included
   vec3 diffuse;       // share of radiance by lobe (first bounce), for the light passes
   float pad;
   vec3 glossy;
@@ -94,10 +96,6 @@ struct RayCounters {
   uint64_t camera, indirect, shadow, transparent_shadow;
 };
 HW_CHECK_SIZE(RayCounters, 32)
-
-HW_CONST uint HW_FILTER_BLACKMAN_HARRIS = 0u;
-HW_CONST uint HW_FILTER_GAUSSIAN = 1u;
-HW_CONST uint HW_FILTER_BOX = 2u;
 
 struct FrameParams {
   uint64_t paths;         // PathState[]
@@ -118,6 +116,7 @@ struct FrameParams {
   uint first_pixel;       // this wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths
   uint wave_pixels, wave_samples;
   uint first_sample;
+  uint first_sample_of_render;  // passes that are not averaged are taken from this one
   uint seed;
   uint passes;            // bits by HW_PASS_*
   uint film_stride;
@@ -125,7 +124,7 @@ struct FrameParams {
   uint max_bounces, max_diffuse, max_glossy, max_transmission, max_transparent, min_bounces;
   float clamp_direct, clamp_indirect;  // sums of |rgb|; HW_INFINITY: off
   float filter_glossy;                 // 1 / the setting; HW_INFINITY: off
-  uint filter_type;
+  uint filter_type;                    // HW_FILTER_* (lib/filter.h)
   float filter_width;
   uint caustics;                       // bit 0 reflective, bit 1 refractive
   uint transparent_film;               // bit 0: on, bit 1: transparent glass

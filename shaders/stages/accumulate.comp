@@ -3,7 +3,7 @@
 // grouped into waves. One thread a pixel of the wave.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "lib/frame.glsl"
+#include "lib/wave.glsl"
 layout(local_size_x = 64) in;
 
 void main() {

@@ -3,7 +3,7 @@
 // stages append to. One thread. a: which counter (0 camera, 1 indirect, 2 shadow, 3 transparent shadow, 4 none).
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "lib/frame.glsl"
+#include "lib/wave.glsl"
 layout(local_size_x = 1) in;
 
 void main() {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Path tracing as a list of stages:
+//   camera → trace → [ surface → shade → trace shadow (→ shadow surface)* → resolve → trace ]*
+// `surface` turns hits into closures and takes emission; `shade` samples a light and the BSDF; `resolve` adds the light
+// samples that arrived. Paths stay in place, queues of path ids shrink as paths end.
+#include "integrators/path.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace hw {
+
+namespace {
+
+enum Counter : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kTransparentShadow = 3, kNone = 4 };
+
+// A device with its own memory is asked whether paths are left only this often: each question is a wait.
+constexpr int kDeviceStride = 8;
+
+}  // namespace
+
+PathIntegrator::PathIntegrator(const IntegratorContext& context)
+    : context_(context),
+      camera_(context.kernels.get("camera", context.constants)),
+      surface_(context.kernels.get("surface", context.constants)),
+      shade_(context.kernels.get("shade", context.constants)),
+      resolve_(context.kernels.get("resolve", context.constants)),
+      prepare_(context.kernels.get("queue_prepare")) {
+  if (context.transparent_shadows) {
+    shadow_begin_ = &context.kernels.get("shadow_begin", context.constants);
+    shadow_surface_ = &context.kernels.get("shadow_surface", context.constants);
+  }
+}
+
+void PathIntegrator::prepare(Commands& commands, Queue* queue, std::uint32_t counter, Queue* clear, Queue* clear2) {
+  Push push{.root = root_, .queue = queue ? queue->address() : 0, .out_queue = clear ? clear->address() : 0,
+            .out_queue2 = clear2 ? clear2->address() : 0, .a = counter};
+  commands.dispatch(prepare_, push.bytes(), 1);
+}
+
+std::uint32_t PathIntegrator::count(Commands& commands, Queue& queue) {
+  commands.flush();
+  QueueHeader header{};
+  context_.device.read(queue.buffer, 0, std::as_writable_bytes(std::span(&header, 1)));
+  return header.count;
+}
+
+// Follows shadow rays that no opaque surface stops through transparent ones, one surface a round.
+bool PathIntegrator::trace_transparent_shadows(Commands& commands) {
+  Wave& w = context_.wave;
+  Push begin{.root = root_, .queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
+  commands.dispatch_indirect(*shadow_begin_, begin.bytes(), w.shadow_queue->buffer);
+  prepare(commands, w.shadow_next.get(), kTransparentShadow, w.shadow_queue.get());
+  std::swap(w.shadow_queue, w.shadow_next);
+  const std::uint32_t rounds = context_.settings.transparent_bounces + 1;
+  for (std::uint32_t round = 0; round <= rounds; ++round) {
+    commands.begin_stage("trace transparent shadow");
+    context_.tracer.closest(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
+    commands.begin_stage("shadow surface");
+    Push push{.root = root_, .queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
+    commands.dispatch_indirect(*shadow_surface_, push.bytes(), w.shadow_queue->buffer);
+    prepare(commands, w.shadow_next.get(), kTransparentShadow, w.shadow_queue.get());
+    std::swap(w.shadow_queue, w.shadow_next);
+    const bool ask = context_.device.shared_memory() || round % kDeviceStride == kDeviceStride - 1;
+    if (ask && count(commands, *w.shadow_queue) == 0) break;
+    if (context_.cancelled) return false;
+  }
+  return true;
+}
+
+bool PathIntegrator::render(Commands& commands, std::uint64_t root) {
+  Wave& w = context_.wave;
+  Tracer& tracer = context_.tracer;
+  root_ = root;
+  const std::uint32_t paths = w.params().wave_pixels * w.params().wave_samples;
+
+  commands.begin_stage("camera");
+  prepare(commands, nullptr, kNone, w.active.get(), w.surface_queue.get());
+  Push push{.root = root_, .out_queue = w.active->address()};
+  commands.dispatch(camera_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  prepare(commands, w.active.get(), kCamera, w.next.get());
+  commands.begin_stage("trace camera");
+  tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
+
+  for (int step = 0;; ++step) {
+    if (context_.cancelled) return false;
+    commands.begin_stage("surface");
+    push = {.root = root_, .queue = w.active->address(), .out_queue = w.surface_queue->address(), .out_queue2 = w.next->address()};
+    commands.dispatch_indirect(surface_, push.bytes(), w.active->buffer);
+    prepare(commands, w.surface_queue.get(), kNone, w.shadow_queue.get(), w.shadow_next.get());
+
+    commands.begin_stage("shade");
+    push = {.root = root_, .queue = w.surface_queue->address(), .out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address()};
+    commands.dispatch_indirect(shade_, push.bytes(), w.surface_queue->buffer);
+    prepare(commands, w.shadow_queue.get(), kShadow, w.active.get(), nullptr);
+    prepare(commands, w.next.get(), kIndirect, nullptr);
+
+    commands.begin_stage("trace shadow");
+    const TraceArgs shadow{&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_hits.get(), w.capacity()};
+    tracer.any(commands, shadow);
+    commands.begin_stage("trace bounce");
+    tracer.closest(commands, {&w.next->buffer, w.rays.get(), w.hits.get(), w.capacity()});
+
+    // Shadow results are taken while the queue still lists every shadow ray of this step.
+    commands.begin_stage("resolve");
+    if (shadow_surface_) {
+      // The transparent rounds shrink the queue: what arrived is added when a ray leaves it (shadow_surface.comp).
+      if (!trace_transparent_shadows(commands)) return false;
+    } else {
+      push = {.root = root_, .queue = w.shadow_queue->address()};
+      commands.dispatch_indirect(resolve_, push.bytes(), w.shadow_queue->buffer);
+    }
+    prepare(commands, nullptr, kNone, w.surface_queue.get());
+    std::swap(w.active, w.next);
+
+    const bool ask = context_.device.shared_memory() || step % kDeviceStride == kDeviceStride - 1;
+    if (ask && count(commands, *w.active) == 0) return true;
+  }
+}
+
+}  // namespace hw

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Unidirectional path tracing: next-event estimation weighed against BSDF sampling, Russian roulette.
+// Follows Veach 1997 (chapters 8-10) in the wavefront form of Laine, Karras and Aila 2013.
+#pragma once
+
+#include "integrators/integrator.h"
+
+namespace hw {
+
+class PathIntegrator final : public Integrator {
+ public:
+  explicit PathIntegrator(const IntegratorContext& context);
+  bool render(Commands& commands, std::uint64_t root) override;
+
+ private:
+  void prepare(Commands& commands, Queue* queue, std::uint32_t counter, Queue* clear, Queue* clear2 = nullptr);
+  bool trace_transparent_shadows(Commands& commands);
+  std::uint32_t count(Commands& commands, Queue& queue);
+
+  IntegratorContext context_;
+  std::uint64_t root_ = 0;
+  const Kernel& camera_;
+  const Kernel& surface_;
+  const Kernel& shade_;
+  const Kernel& resolve_;
+  const Kernel& prepare_;
+  const Kernel* shadow_begin_ = nullptr;  // these two only in scenes that let shadow rays through
+  const Kernel* shadow_surface_ = nullptr;
+};
+
+}  // namespace hw

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Waves over the picture.
+#include "session/render_loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+#include "integrators/integrator.h"
+#include "stages/world_luminance.h"
+
+namespace hw {
+
+namespace {
+
+// Paths in flight. On a CPU a wave should stay near the last-level cache; a GPU wants enough to fill it.
+constexpr std::uint32_t kHostWave = 1u << 16;
+constexpr std::uint32_t kDeviceWave = 1u << 20;
+// A wave takes at most this share of what the device has.
+constexpr double kMemoryShare = 0.25;
+
+// What the kernels of this scene must hold (shared/features.h).
+std::uint32_t scene_features(const Tables& tables) {
+  const TableTotals& t = tables.totals();
+  std::uint32_t features = t.material_features;
+  if (t.smooth_normals) features |= HW_FEATURE_BUMP;
+  if (t.material_flags & HW_MATERIAL_TRANSPARENT) features |= HW_FEATURE_TRANSPARENT;
+  if (t.material_flags & HW_MATERIAL_EMISSION_SHADER) features |= HW_FEATURE_EMISSION_PROGRAM;
+  if (tables.root().world_material != HW_NONE) features |= HW_FEATURE_WORLD_PROGRAM;
+  return features;
+}
+
+// Whether a ray that a BSDF chose can still find light after the last bounce.
+bool bsdf_hits_emit(const Tables& tables) {
+  const Root& root = tables.root();
+  const vec3 c = root.world_color;
+  const bool world = root.world_material != HW_NONE || c.x > 0 || c.y > 0 || c.z > 0;
+  return world || root.light_count > 0 || (tables.totals().material_flags & HW_MATERIAL_EMISSIVE);
+}
+
+}  // namespace
+
+RenderLoop::RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave, const RenderSettings& settings,
+                       const std::atomic<bool>& cancelled)
+    : context_(context), tables_(tables), film_(film), wave_(wave), settings_(settings), cancelled_(cancelled) {}
+
+void RenderLoop::choose_wave() {
+  Device& device = *context_.device;
+  const std::uint64_t pixels = std::uint64_t(film_.width()) * film_.height();
+  std::uint64_t capacity = device.shared_memory() ? kHostWave : kDeviceWave;
+  if (settings_.tile_pixels) capacity = settings_.tile_pixels;
+  const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) / wave_bytes_per_path(film_.layout());
+  capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples});
+  capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
+  if (wave_ && wave_->capacity() == capacity && wave_->layout_mask() == film_.layout().mask) return;
+  wave_.reset();
+  wave_ = std::make_unique<Wave>(device, std::uint32_t(capacity), film_.layout());
+}
+
+void RenderLoop::run() {
+  Device& device = *context_.device;
+  const auto begun = std::chrono::steady_clock::now();
+  choose_wave();
+  Wave& wave = *wave_;
+  Commands commands(device);
+
+  const SpecConstants constants{{0, scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+  tables_.choose_lights(settings_.lights);
+  tables_.set_frame(wave.params_address());
+  tables_.set_luts(context_.luts->address());
+  if (const auto grid = tables_.world_luminance_wanted()) {
+    on_stage("preparing the world");
+    apply_settings(wave.params(), settings_, film_.layout());
+    wave.write_params(device);
+    const auto luminance =
+        measure_world(device, *context_.kernels, tables_.root_address(), constants, grid->width, grid->height);
+    tables_.set_world_luminance(luminance, grid->width, grid->height);
+  }
+  const std::uint64_t root = tables_.root_address();
+
+  apply_settings(wave.params(), settings_, film_.layout());
+  wave.params().first_sample_of_render = settings_.first_sample;
+  wave.params().film = film_.sums().address();
+  wave.params().frame_flags = bsdf_hits_emit(tables_) ? HW_FRAME_BSDF_HITS_EMIT : 0u;
+  wave.reset_counters(device);
+
+  on_stage("loading kernels");
+  auto integrator = make_integrator(settings_.integrator, {device, *context_.tracer, *context_.kernels, wave, constants,
+                                                           (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_});
+  const Kernel& accumulate = context_.kernels->get("accumulate", constants);
+
+  const std::uint32_t pixels = film_.width() * film_.height();
+  SampleCounts counts;
+  while (counts.samples < settings_.samples) {
+    const std::uint32_t per_wave = std::clamp(wave.capacity() / pixels, 1u, settings_.samples - counts.samples);
+    const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / per_wave);
+    for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
+      FrameParams& p = wave.params();
+      p.first_pixel = first;
+      p.wave_pixels = std::min(wave_pixels, pixels - first);
+      p.wave_samples = per_wave;
+      p.first_sample = settings_.first_sample + counts.samples;
+      wave.write_params(device);
+      if (!integrator->render(commands, root)) return;
+      commands.begin_stage("film");
+      Push push{.root = root};
+      commands.dispatch(accumulate, push.bytes(), (p.wave_pixels + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+      commands.flush();
+      counts.extra = per_wave;
+      counts.split = std::min(first + wave_pixels, pixels);
+      on_samples(counts, wave.counters(device));
+      on_idle();
+      if (cancelled_) return;
+    }
+    counts = {counts.samples + per_wave, 0, 0};
+    on_samples(counts, wave.counters(device));
+    if (settings_.time_limit > 0 &&
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count() >= settings_.time_limit)
+      return;
+  }
+}
+
+}  // namespace hw

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order of a render: kernels for this scene, waves over the picture, one sample after the other, until the samples, the
+// time or the artist's patience run out.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+
+#include "film/film.h"
+#include "scene/tables.h"
+#include "session/session.h"
+#include "session/settings.h"
+#include "stages/wave.h"
+
+namespace hw {
+
+class RenderLoop {
+ public:
+  // `wave` is kept between renders and replaced when it does not fit.
+  RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave, const RenderSettings& settings,
+             const std::atomic<bool>& cancelled);
+  void run();  // throws DeviceError and what integrators throw
+
+  std::function<void(const SampleCounts&, const RayCounters&)> on_samples = [](auto&, auto&) {};
+  std::function<void(const char*)> on_stage = [](auto) {};
+  std::function<void()> on_idle = [] {};  // between waves: the film may be downloaded here
+
+ private:
+  void choose_wave();
+
+  Context& context_;
+  Tables& tables_;
+  Film& film_;
+  std::unique_ptr<Wave>& wave_;
+  const RenderSettings& settings_;
+  const std::atomic<bool>& cancelled_;
+};
+
+}  // namespace hw

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a hit to the point on the surface: position, normals, UV, texture for shadow terminator offsets.
+#ifndef HW_GEOMETRY_GLSL
+#define HW_GEOMETRY_GLSL
+#include "tables.glsl"
+
+// World space; normals are unit and not yet turned to the viewer.
+struct SurfaceGeometry {
+  vec3 P;
+  vec3 Ng;
+  vec3 N;                  // interpolated; Ng for flat triangles
+  vec3 terminator_offset;  // see below, for light on the side of Ng
+  vec2 uv;                 // default UV map
+  uint material;
+  uint object_index;
+  uint instance_flags;
+};
+
+uvec3 load_triangle(uint64_t indices, uint primitive) {
+  UintArray a = UintArray(indices);
+  return uvec3(a.at[3u * primitive], a.at[3u * primitive + 1u], a.at[3u * primitive + 2u]);
+}
+
+// Material index of a triangle of an instance; slots beyond the instance's fall to its last.
+uint triangle_material(uint64_t tri_slots, uint slot_offset, uint slot_count, uint primitive) {
+  uint slot = tri_slots != 0ul ? uint(ByteArray(tri_slots).at[primitive]) : 0u;
+  slot = min(slot, max(slot_count, 1u) - 1u);
+  return slot_count > 0u ? UintArray(HW_ROOT.slot_materials).at[slot_offset + slot] : 0u;
+}
+
+vec2 load_uv(Attribute a, uvec3 vertices, uvec3 corners, uint primitive, vec3 b) {
+  uvec3 i = a.domain == HW_DOMAIN_CORNER ? corners : a.domain == HW_DOMAIN_VERTEX ? vertices : uvec3(primitive);
+  FloatArray f = FloatArray(a.data);
+  uint n = a.components;
+  uint second = min(1u, n - 1u);
+  return b.x * vec2(f.at[i.x * n], f.at[i.x * n + second]) + b.y * vec2(f.at[i.y * n], f.at[i.y * n + second]) +
+         b.z * vec2(f.at[i.z * n], f.at[i.z * n + second]);
+}
+
+// `with_uv`: the UV map is only fetched where something reads it.
+SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
+  SurfaceGeometry g;
+  InstanceTable instances = InstanceTable(HW_ROOT.instances);
+  MeshTable meshes = MeshTable(HW_ROOT.meshes);
+  uint instance = hit.instance;
+  uint mesh = instances.at[instance].mesh;
+  float m[12] = instances.at[instance].object_to_world;
+  float inverse_m[12] = instances.at[instance].world_to_object;
+  float sign_det = (instances.at[instance].flags & HW_INSTANCE_MIRRORED) != 0u ? -1.0 : 1.0;
+  uint64_t normals = meshes.at[mesh].normals;
+  uint64_t tri_corners = meshes.at[mesh].tri_corners;
+  vec3 b = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
+
+  uvec3 v = load_triangle(meshes.at[mesh].tri_vertices, hit.primitive);
+  uvec3 c = v;
+  if (tri_corners != 0ul) c = load_triangle(tri_corners, hit.primitive);
+  Vec3Array positions = Vec3Array(meshes.at[mesh].positions);
+  vec3 p0 = HW_TRANSFORM_POINT(m, positions.at[v.x]);
+  vec3 p1 = HW_TRANSFORM_POINT(m, positions.at[v.y]);
+  vec3 p2 = HW_TRANSFORM_POINT(m, positions.at[v.z]);
+  g.P = p0 * b.x + p1 * b.y + p2 * b.z;
+  // Object space winding decides the outside; a mirrored instance turns the world-space winding round.
+  vec3 cross_product = cross(p1 - p0, p2 - p0) * sign_det;
+  float area2 = dot(cross_product, cross_product);
+  g.Ng = area2 > 0.0 ? cross_product * inversesqrt(area2) : vec3(0.0, 0.0, 1.0);
+  g.N = g.Ng;
+  g.terminator_offset = vec3(0.0);
+  if (normals != 0ul) {
+    Vec3Array n = Vec3Array(normals);
+    vec3 o0 = n.at[c.x], o1 = n.at[c.y], o2 = n.at[c.z];
+    vec3 n0 = HW_TRANSFORM_TRANSPOSED(inverse_m, o0);
+    vec3 n1 = HW_TRANSFORM_TRANSPOSED(inverse_m, o1);
+    vec3 n2 = HW_TRANSFORM_TRANSPOSED(inverse_m, o2);
+    n0 *= inversesqrt(max(dot(n0, n0), 1e-30));
+    n1 *= inversesqrt(max(dot(n1, n1), 1e-30));
+    n2 *= inversesqrt(max(dot(n2, n2), 1e-30));
+    vec3 shading = n0 * b.x + n1 * b.y + n2 * b.z;
+    float length2 = dot(shading, shading);
+    g.N = length2 > 1e-20 ? shading * inversesqrt(length2) : g.Ng;
+    // Hanika 2021, "Hacking the shadow terminator": the point moved onto the vertices' tangent planes.
+    vec3 d0 = g.P - p0, d1 = g.P - p1, d2 = g.P - p2;
+    g.terminator_offset = -(n0 * (min(dot(d0, n0), 0.0) * b.x) + n1 * (min(dot(d1, n1), 0.0) * b.y) + n2 * (min(dot(d2, n2), 0.0) * b.z));
+  }
+  g.uv = vec2(0.0);
+  int uv = meshes.at[mesh].default_uv;
+  if (with_uv && uv >= 0) g.uv = load_uv(meshes.at[mesh].attributes[uv], v, c, hit.primitive, b);
+  g.material = triangle_material(meshes.at[mesh].tri_slots, instances.at[instance].slot_offset,
+                                 instances.at[instance].slot_count, hit.primitive);
+  g.object_index = instances.at[instance].object_index;
+  g.instance_flags = instances.at[instance].flags;
+  return g;
+}
+#endif

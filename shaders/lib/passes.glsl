@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Data passes of the first surface a camera path meets that is not (nearly) transparent, with Cycles' conventions.
+#ifndef HW_PASSES_GLSL
+#define HW_PASSES_GLSL
+#include "camera.h"
+#include "closures.h"
+#include "geometry.glsl"
+#include "wave.glsl"
+
+// Where the point was in the last frame: world space, by the instance's last transform and the mesh's last vertices.
+vec3 previous_position(Hit hit) {
+  InstanceTable instances = InstanceTable(HW_ROOT.instances);
+  MeshTable meshes = MeshTable(HW_ROOT.meshes);
+  uint mesh = instances.at[hit.instance].mesh;
+  float m[12] = instances.at[hit.instance].previous_object_to_world;
+  uint64_t motion = meshes.at[mesh].motion;
+  Vec3Array positions = Vec3Array(motion != 0ul ? motion : meshes.at[mesh].positions);
+  uvec3 v = load_triangle(meshes.at[mesh].tri_vertices, hit.primitive);
+  vec3 p = positions.at[v.x] * (1.0 - hit.u - hit.v) + positions.at[v.y] * hit.u + positions.at[v.z] * hit.v;
+  return HW_TRANSFORM_POINT(m, p);
+}
+
+// Pixels from here to where the point was in the last frame (xy), and to where it will be (zw, taken as the opposite:
+// the next frame is not known). Blender's sign: previous minus current.
+vec4 motion_vector(vec3 P, vec3 previous) {
+  CameraRecord camera = HW_ROOT.camera;
+  vec2 size = vec2(HW_FRAME.width, HW_FRAME.height);
+  vec2 now = camera_project(camera, P) * size;
+  vec2 before = camera_project_previous(camera, previous) * size;
+  return vec4(before - now, now - before);
+}
+
+void write_surface_passes(uint path, PathState state, Hit hit, SurfaceGeometry g, ClosureList list, ShadingGeometry sg) {
+  bool first_sample = state.sample_index == HW_FRAME.first_sample_of_render;
+  CameraRecord camera = HW_ROOT.camera;
+  vec3 from_camera = g.P - camera_position(camera);
+  vec3 forward = -vec3(camera.camera_to_world[2], camera.camera_to_world[6], camera.camera_to_world[10]);
+  if (first_sample) {
+    if (pass_on(HW_PASS_DEPTH)) {
+      // Distance along the viewing direction, as Blender's compositor expects; radial for panoramas.
+      result_add1(path, HW_PASS_DEPTH, camera.type == HW_CAMERA_PANORAMIC ? length(from_camera) : dot(from_camera, forward));
+    }
+    if (pass_on(HW_PASS_POSITION)) result_add3(path, HW_PASS_POSITION, g.P);
+    if (pass_on(HW_PASS_OBJECT_INDEX)) result_add1(path, HW_PASS_OBJECT_INDEX, float(g.object_index));
+    if (pass_on(HW_PASS_MATERIAL_INDEX))
+      result_add1(path, HW_PASS_MATERIAL_INDEX, float(MaterialTable(HW_ROOT.materials).at[g.material].pass_index));
+  }
+  if (pass_on(HW_PASS_UV)) result_add3(path, HW_PASS_UV, vec3(g.uv, 1.0));
+  if (pass_on(HW_PASS_VECTOR)) {
+    vec4 v = motion_vector(g.P, previous_position(hit));
+    uint o = path * HW_FRAME.film_stride + HW_FRAME.pass_offset[HW_PASS_VECTOR];
+    FloatBuffer r = FloatBuffer(HW_FRAME.results);
+    r.at[o] += v.x;
+    r.at[o + 1u] += v.y;
+    r.at[o + 2u] += v.z;
+    r.at[o + 3u] += v.w;
+  }
+
+  const uint colour_passes = (1u << HW_PASS_NORMAL) | (1u << HW_PASS_DENOISING_NORMAL) | (1u << HW_PASS_DENOISING_ALBEDO) |
+                             (1u << HW_PASS_DIFFUSE_COLOR) | (1u << HW_PASS_GLOSSY_COLOR) |
+                             (1u << HW_PASS_TRANSMISSION_COLOR);
+  if ((HW_PASSES & colour_passes) != 0u) {
+    vec3 normal = vec3(0.0);
+    vec3 diffuse = vec3(0.0), glossy = vec3(0.0), transmission = vec3(0.0), all = vec3(0.0);
+    for (uint i = 0u; i < list.count; ++i) {
+      Closure c = HW_CLOSURE_AT(list, i);
+      bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
+      vec3 reflected = through ? vec3(0.0) : closure_albedo(c, sg.wo, true, false);
+      vec3 transmitted = through ? vec3(0.0) : closure_albedo(c, sg.wo, false, true);
+      if (closure_is_diffuse(c)) {
+        diffuse += reflected;
+        all += reflected;
+      } else {
+        glossy += reflected;
+        transmission += transmitted;
+        all += reflected + transmitted;
+      }
+      normal += through ? vec3(0.0) : c.N * c.sample_weight;
+    }
+    normal = dot(normal, normal) > 0.0 ? normalize(normal) : sg.Ns;
+    if (pass_on(HW_PASS_NORMAL)) result_add3(path, HW_PASS_NORMAL, normal);
+    vec3 t = state.throughput;
+    if (pass_on(HW_PASS_DIFFUSE_COLOR)) result_add3(path, HW_PASS_DIFFUSE_COLOR, t * diffuse);
+    if (pass_on(HW_PASS_GLOSSY_COLOR)) result_add3(path, HW_PASS_GLOSSY_COLOR, t * glossy);
+    if (pass_on(HW_PASS_TRANSMISSION_COLOR)) result_add3(path, HW_PASS_TRANSMISSION_COLOR, t * transmission);
+    if (pass_on(HW_PASS_DENOISING_ALBEDO)) result_add3(path, HW_PASS_DENOISING_ALBEDO, t * all);
+    if (pass_on(HW_PASS_DENOISING_NORMAL)) result_add3(path, HW_PASS_DENOISING_NORMAL, normal);
+  }
+  if (pass_on(HW_PASS_MIST)) {
+    float depth = camera.type == HW_CAMERA_PERSPECTIVE || camera.type == HW_CAMERA_PANORAMIC ? length(from_camera)
+                                                                                             : dot(from_camera, forward);
+    float mist = clamp((depth - HW_FRAME.mist_start) * HW_FRAME.mist_inverse_depth, 0.0, 1.0);
+    float shaped = HW_FRAME.mist_falloff == 1.0 ? mist : HW_FRAME.mist_falloff == 2.0 ? mist * mist : sqrt(mist);
+    result_add1(path, HW_PASS_MIST, shaped);
+  }
+}
+#endif

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Starts the paths of a wave: one camera ray each, state and results cleared, all ids queued in order.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/camera.h"
+#include "lib/filter.h"
+#include "lib/sampler.h"
+#include "lib/wave.glsl"
+layout(local_size_x = 64) in;
+
+void main() {
+  uint path = gl_GlobalInvocationID.x;
+  uint count = HW_FRAME.wave_pixels * HW_FRAME.wave_samples;
+  if (path == 0u) QueueRef(push.out_queue).header.count = count;
+  if (path >= count) return;
+
+  uint pixel = HW_FRAME.first_pixel + path / HW_FRAME.wave_samples;
+  uint index = HW_FRAME.first_sample + path % HW_FRAME.wave_samples;
+  uint x = HW_FRAME.region_x + pixel % HW_FRAME.region_width;
+  uint y = HW_FRAME.region_y + pixel / HW_FRAME.region_width;
+  uint hash = sampler_pixel_hash(x, y);
+
+  vec2 offset = filter_sample(HW_FRAME.filter_type, HW_FRAME.filter_width,
+                              sampler_2d(hash, index, HW_DIM_FILTER, HW_FRAME.seed));
+  vec2 raster = (vec2(x, y) + 0.5 + offset) / vec2(HW_FRAME.width, HW_FRAME.height);
+  CameraRecord camera = HW_ROOT.camera;
+  vec2 lens = vec2(0.5);
+  if (camera.aperture_radius > 0.0) lens = sampler_2d(hash, index, HW_DIM_LENS, HW_FRAME.seed);
+  Ray ray;
+  camera_ray(camera, raster, lens, ray.origin, ray.direction, ray.tmin, ray.tmax);
+  ray.mask = HW_MASK_CAMERA | HW_MASK_LAMP;
+  RayArray(HW_FRAME.rays).at[path] = ray;
+
+  PathState state;
+  state.throughput = vec3(1.0);
+  state.mis_pdf = 0.0;
+  state.mis_origin = ray.origin;
+  state.min_pdf = HW_INFINITY;
+  state.pixel = pixel;
+  state.sample_index = index;
+  state.flags = HW_PATH_CAMERA | HW_PATH_BACKGROUND_VISIBLE;
+  state.bounces = 0u;
+  state.transparent = 0u;
+  state.seed = hash;
+  PathArray(HW_FRAME.paths).at[path] = state;
+  UintBuffer q = UintBuffer(push.out_queue + 16ul);
+  q.at[path] = path;
+
+  uint stride = HW_FRAME.film_stride;
+  FloatBuffer results = FloatBuffer(HW_FRAME.results);
+  for (uint c = 0u; c < stride; ++c) results.at[path * stride + c] = 0.0;
+  results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
+  if (HW_LIGHT_PASSES) {
+    PathSplit split;
+    split.diffuse = vec3(0.0);
+    split.glossy = vec3(0.0);
+    SplitArray(HW_FRAME.splits).at[path] = split;
+  }
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// At a surface: one light sample with its shadow ray (next-event estimation), and one BSDF sample with the next ray.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/background.glsl"
+#include "lib/closures.h"
+#include "lib/light_choice.glsl"
+#include "lib/light_sampling.h"
+#include "lib/sampler.h"
+#include "lib/wave.glsl"
+#include "lib/world_sampling.h"
+layout(local_size_x = 64) in;
+
+// out_queue: paths with a shadow ray; out_queue2: paths with a next ray.
+
+vec3 shares_of(vec3 part, vec3 total) {
+  return vec3(total.x > 0.0 ? part.x / total.x : 0.0, total.y > 0.0 ? part.y / total.y : 0.0,
+              total.z > 0.0 ? part.z / total.z : 0.0);
+}
+
+// Where a shadow ray starts: off the surface towards the light; on smooth meshes lifted off the facets where the light
+// grazes them (Hanika 2021, with Cycles' cut-off).
+vec3 shadow_origin(SurfacePoint point, vec3 wi) {
+  float side = dot(point.normal, wi);
+  vec3 p = point.position;
+  float cutoff = point.terminator_cutoff;
+  float amount = side > 0.0 && cutoff > 0.0 && side < cutoff ? clamp(1.0 - side / cutoff, 0.0, 1.0) : 0.0;
+  p += point.terminator_offset * amount;
+  return offset_origin(p, side < 0.0 ? -point.normal : point.normal);
+}
+
+void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce) {
+  uint light_count = HW_ROOT.light_count;
+  float u = sampler_1d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
+  vec2 u2 = sampler_2d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
+  LightDraw draw = draw_light(point.position, u, u2, state.flags, state.bounces, state.transparent);
+  if (!draw.valid) return;
+
+  BsdfValue bsdf = closures_eval(list, sg, draw.wi);
+  // What the light is told not to shine on.
+  vec3 diffuse = (draw.flags & HW_LIGHT_DIFFUSE) != 0u ? bsdf.diffuse : vec3(0.0);
+  vec3 glossy = (draw.flags & HW_LIGHT_GLOSSY) != 0u ? bsdf.glossy : vec3(0.0);
+  vec3 transmission = (draw.flags & HW_LIGHT_TRANSMISSION) != 0u ? bsdf.transmission : vec3(0.0);
+  vec3 f = diffuse + glossy + transmission;
+  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(draw.pdf, bsdf.pdf) : 1.0;
+  vec3 radiance = state.throughput * f * draw.radiance * (weight / draw.pdf);
+  if (!(radiance.x + radiance.y + radiance.z > 0.0)) return;
+
+  ShadowState shadow;
+  shadow.radiance = radiance;
+  shadow.bounce = path_bounce(state.bounces) + 1u;
+  shadow.diffuse = vec3(0.0);
+  shadow.glossy = vec3(0.0);
+  shadow.pad = 0.0;
+  shadow.transparent = 0u;
+  if (HW_LIGHT_PASSES) {
+    shadow.diffuse = shares_of(diffuse, f);
+    shadow.glossy = shares_of(glossy, f);
+    if (path_bounce(state.bounces) > 0u) {
+      PathSplit split = SplitArray(HW_FRAME.splits).at[path];
+      shadow.diffuse = split.diffuse;
+      shadow.glossy = split.glossy;
+    }
+  }
+  if ((draw.flags & HW_LIGHT_CAST_SHADOW) == 0u) {
+    result_add_light(path, shadow.radiance, shadow.bounce, shadow.diffuse, shadow.glossy);
+    return;
+  }
+  Ray ray;
+  ray.origin = shadow_origin(point, draw.wi);
+  ray.direction = draw.wi;
+  ray.tmin = 0.0;
+  ray.tmax = HW_INFINITY;
+  ray.mask = HW_MASK_SHADOW_OPAQUE;
+  if (draw.distance < HW_INFINITY) {
+    // End just before the light's own surface, seen from where the ray really starts.
+    vec3 end = offset_origin(point.position + draw.wi * draw.distance, draw.normal);
+    vec3 along = end - ray.origin;
+    float length2 = dot(along, along);
+    float inverse = inversesqrt(max(length2, 1e-30));
+    ray.direction = along * inverse;
+    ray.tmax = length2 * inverse;
+  }
+  RayArray(HW_FRAME.shadow_rays).at[path] = ray;
+  ShadowArray(HW_FRAME.shadows).at[path] = shadow;
+  queue_push(push.out_queue, path);
+}
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  if (gl_GlobalInvocationID.x >= queue.header.count) return;
+  uint path = queue.path[gl_GlobalInvocationID.x];
+  PathState state = PathArray(HW_FRAME.paths).at[path];
+  SurfacePoint point = SurfaceArray(HW_FRAME.surfaces).at[path];
+  Ray ray = RayArray(HW_FRAME.rays).at[path];
+  ShadingGeometry sg;
+  sg.wo = -ray.direction;
+  sg.Ng = point.normal;
+  sg.Ns = point.shading_normal;
+  sg.flags = point.flags & HW_SURFACE_SHADE_FLAGS;
+  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), point.closure_count);
+  uint bounce = path_bounce(state.bounces);
+  uint dimension_bounce = bounce + state.transparent;
+
+  if ((point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u)
+    sample_light(path, state, point, sg, list, dimension_bounce);
+
+  vec3 u3 = sampler_3d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_BSDF), HW_FRAME.seed);
+  BsdfSample s = closures_sample(list, sg, u3);
+  if (s.label == HW_LABEL_NONE || !(s.value.pdf > 0.0)) return;
+  vec3 total = s.value.diffuse + s.value.glossy + s.value.transmission;
+  vec3 throughput = state.throughput * (total / s.value.pdf);
+  if (!(throughput.x + throughput.y + throughput.z > 0.0)) return;
+
+  bool transparent = (s.label & HW_LABEL_TRANSPARENT) != 0u;
+  if (transparent) {
+    // Straight on: the ray keeps its type and what it is weighed with.
+    state.transparent += 1u;
+    if (state.transparent > HW_FRAME.max_transparent) state.flags |= HW_PATH_NO_TRANSPARENT;
+    ray.tmax -= distance(point.position, ray.origin);
+  } else {
+    bool reflects = (s.label & HW_LABEL_REFLECT) != 0u;
+    bool diffuse = (s.label & HW_LABEL_DIFFUSE) != 0u;
+    bool singular = (s.label & HW_LABEL_SINGULAR) != 0u;
+    if (HW_LIGHT_PASSES) {
+      if (bounce == 0u) {
+        PathSplit split;
+        split.diffuse = shares_of(s.value.diffuse, total);
+        split.glossy = shares_of(s.value.glossy, total);
+        SplitArray(HW_FRAME.splits).at[path] = split;
+      }
+    }
+    uint b = state.bounces;
+    uint diffuse_bounces = ((b >> 8u) & 255u) + (reflects && diffuse ? 1u : 0u);
+    uint glossy_bounces = ((b >> 16u) & 255u) + (reflects && !diffuse ? 1u : 0u);
+    uint transmission_bounces = (b >> 24u) + (reflects ? 0u : 1u);
+    bounce = min(bounce + 1u, 255u);
+    state.bounces = bounce | min(diffuse_bounces, 255u) << 8u | min(glossy_bounces, 255u) << 16u |
+                    min(transmission_bounces, 255u) << 24u;
+    bool last = bounce > HW_FRAME.max_bounces || diffuse_bounces > HW_FRAME.max_diffuse ||
+                glossy_bounces > HW_FRAME.max_glossy || transmission_bounces > HW_FRAME.max_transmission;
+    if (last && (HW_FRAME.frame_flags & HW_FRAME_BSDF_HITS_EMIT) == 0u) return;
+
+    bool keeps_background = (HW_FRAME.transparent_film & 2u) != 0u && !reflects &&
+                            (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u && s.roughness < 0.1;
+    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_DIFFUSE_ANCESTOR | HW_PATH_NO_TRANSPARENT);
+    state.flags = kept | (reflects ? HW_PATH_REFLECTION : HW_PATH_TRANSMISSION) |
+                  (diffuse ? HW_PATH_DIFFUSE | HW_PATH_DIFFUSE_ANCESTOR : singular ? HW_PATH_GLOSSY | HW_PATH_SINGULAR : HW_PATH_GLOSSY) |
+                  (last ? HW_PATH_EMISSION_ONLY : 0u) | (keeps_background ? HW_PATH_BACKGROUND_VISIBLE : 0u);
+    state.mis_pdf = singular ? 0.0 : s.value.pdf;
+    state.mis_origin = point.position;
+    if (!singular) state.min_pdf = min(state.min_pdf, s.value.pdf);
+    ray.direction = s.wi;
+    ray.tmax = HW_INFINITY;
+    ray.mask = (reflects ? diffuse ? HW_MASK_DIFFUSE : HW_MASK_GLOSSY : HW_MASK_TRANSMISSION) | HW_MASK_LAMP;
+  }
+  ray.origin = offset_origin(point.position, dot(point.normal, ray.direction) < 0.0 ? -point.normal : point.normal);
+  ray.tmin = 0.0;
+  state.throughput = throughput;
+  PathArray(HW_FRAME.paths).at[path] = state;
+  RayArray(HW_FRAME.rays).at[path] = ray;
+  queue_push(push.out_queue2, path);
+}

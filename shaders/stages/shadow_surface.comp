@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// A shadow ray at the next surface that may let light through: attenuates what it carries and sends it on, or, when no
+// such surface is left, adds what arrived.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/geometry.glsl"
+#include "lib/material_vm.glsl"
+#include "lib/wave.glsl"
+layout(local_size_x = 64) in;
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  if (gl_GlobalInvocationID.x >= queue.header.count) return;
+  uint path = queue.path[gl_GlobalInvocationID.x];
+  ShadowState s = ShadowArray(HW_FRAME.shadows).at[path];
+  Hit hit = HitArray(HW_FRAME.shadow_surface_hits).at[path];
+  if (hit.instance == HW_NONE) {
+    result_add_light(path, s.radiance, s.bounce, s.diffuse, s.glossy);
+    return;
+  }
+  if (s.transparent >= HW_FRAME.max_transparent) return;  // the limit reached, the surface counts as opaque
+  Ray ray = RayArray(HW_FRAME.shadow_rays).at[path];
+  SurfaceGeometry g = surface_geometry(hit, true);
+  bool backfacing = dot(g.Ng, ray.direction) > 0.0;
+  PathState state = PathArray(HW_FRAME.paths).at[path];
+  MaterialInputs inputs;
+  inputs.P = g.P;
+  inputs.N = backfacing ? -g.N : g.N;
+  inputs.Ng = backfacing ? -g.Ng : g.Ng;
+  inputs.wo = -ray.direction;
+  inputs.uv = vec3(g.uv, 0.0);
+  inputs.bary_u = hit.u;
+  inputs.bary_v = hit.v;
+  inputs.instance = hit.instance;
+  inputs.primitive = hit.primitive;
+  inputs.material = g.material;
+  inputs.ray_flags = HW_PATH_SHADOW;
+  inputs.bounces = state.bounces;
+  inputs.transparent = s.transparent;
+  inputs.ray_length = hit.t;
+  inputs.footprint = 0.0;
+  inputs.shade_flags = backfacing ? HW_SHADE_BACKFACING : 0u;
+  vec3 through = material_transparency(inputs);
+  if (!(through.x + through.y + through.z > 0.0)) return;
+  ShadowArray(HW_FRAME.shadows).at[path].radiance = s.radiance * through;
+  ShadowArray(HW_FRAME.shadows).at[path].transparent = s.transparent + 1u;
+  vec3 origin = offset_origin(g.P, backfacing ? g.Ng : -g.Ng);
+  RayArray(HW_FRAME.shadow_rays).at[path].origin = origin;
+  RayArray(HW_FRAME.shadow_rays).at[path].tmax = ray.tmax - distance(origin, ray.origin);
+  queue_push(push.out_queue, path);
+}

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a traced ray met. Nothing: the world and the suns. A lamp: its emission, and the ray goes on behind it. A surface:
+// its program runs, its emission is taken, its closures are left for the shade stage. Emission found by BSDF rays is
+// weighted against next-event estimation (Veach and Guibas 1995).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/background.glsl"
+#include "lib/geometry.glsl"
+#include "lib/light_sampling.h"
+#include "lib/material_vm.glsl"
+#include "lib/passes.glsl"
+#include "lib/sampler.h"
+#include "lib/wave.glsl"
+#include "lib/world_sampling.h"
+layout(local_size_x = 64) in;
+
+// out_queue: paths with a surface to shade; out_queue2: paths whose ray goes on.
+
+void found_light(uint path, PathState state, vec3 radiance, float weight) {
+  vec3 diffuse = vec3(0.0), glossy = vec3(0.0);
+  if (HW_LIGHT_PASSES) {
+    PathSplit split = SplitArray(HW_FRAME.splits).at[path];
+    diffuse = split.diffuse;
+    glossy = split.glossy;
+  }
+  result_add_light(path, state.throughput * radiance * weight, path_bounce(state.bounces), diffuse, glossy);
+}
+
+void missed(uint path, PathState state, vec3 direction) {
+  uint bit = light_visibility_bit(state.flags);
+  bool film_background = (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u;
+  bool cut_out = film_background && (HW_FRAME.transparent_film & 1u) != 0u;
+
+  vec3 world = vec3(0.0);
+  float weight = 1.0;
+  if ((HW_ROOT.world_flags & bit) != 0u) {
+    world = background_radiance(direction, state.flags, state.bounces, state.transparent);
+    bool mis = state.mis_pdf > 0.0 && (HW_ROOT.world_flags & HW_LIGHT_USE_MIS) != 0u;
+    float choice = world_choice_pdf();
+    if (mis && choice > 0.0) weight = mis_power(state.mis_pdf, choice * world_pdf(HW_ROOT.world, direction));
+  }
+  if (pass_on(HW_PASS_ENVIRONMENT) && path_bounce(state.bounces) == 0u)
+    result_add3(path, HW_PASS_ENVIRONMENT, state.throughput * world);
+  if (cut_out) {
+    float through = (state.throughput.x + state.throughput.y + state.throughput.z) * (1.0 / 3.0);
+    result_add1_at(path, HW_PASS_COMBINED, 3u, -through);
+  } else {
+    found_light(path, state, world, weight);
+  }
+
+  uint suns = HW_ROOT.sun_count;
+  for (uint i = 0u; i < suns; ++i) {
+    uint index = HW_ROOT.sun_offset + i;
+    LightRecord sun = LightTable(HW_ROOT.lights).at[index];
+    float pdf;
+    vec3 radiance = sun_emission(sun, direction, pdf);
+    bool mis = state.mis_pdf > 0.0 && (sun.flags & HW_LIGHT_USE_MIS) != 0u;
+    float w = mis ? mis_power(state.mis_pdf, pdf * AliasTable(HW_ROOT.light_alias).at[index].pdf) : 1.0;
+    // Without MIS a sun is next-event estimation's alone, but for paths that could not sample it.
+    bool counts = (sun.flags & bit) != 0u && ((sun.flags & HW_LIGHT_USE_MIS) != 0u || state.mis_pdf <= 0.0);
+    if (pdf > 0.0 && counts && !cut_out) found_light(path, state, radiance, w);
+  }
+}
+
+void met_lamp(uint path, PathState state, Ray ray, Hit hit) {
+  uint index = hit.primitive;
+  LightRecord lamp = LightTable(HW_ROOT.lights).at[index];
+  vec3 from = state.mis_origin;
+  float t = dot(ray.origin - from, ray.direction) + hit.t;
+  float pdf;
+  bool visible;
+  vec3 radiance = lamp_emission(lamp, from, ray.direction, t, pdf, visible);
+  bool mis = state.mis_pdf > 0.0;
+  bool counts = visible && (lamp.flags & light_visibility_bit(state.flags)) != 0u &&
+                ((lamp.flags & HW_LIGHT_USE_MIS) != 0u || !mis);
+  float w = mis ? mis_power(state.mis_pdf, pdf * AliasTable(HW_ROOT.light_alias).at[index].pdf) : 1.0;
+  if (counts) found_light(path, state, radiance, w);
+  // Lamps hide nothing: the ray goes on just behind the point.
+  ray.tmin = hit.t * (1.0 + 1e-5) + 1e-6;
+  RayArray(HW_FRAME.rays).at[path].tmin = ray.tmin;
+  if (ray.tmin < ray.tmax) queue_push(push.out_queue2, path);
+}
+
+void met_surface(uint path, PathState state, Ray ray, Hit hit) {
+  SurfaceGeometry g = surface_geometry(hit, true);
+  vec3 wo = -ray.direction;
+  bool backfacing = dot(g.Ng, wo) < 0.0;
+  vec3 Ng = backfacing ? -g.Ng : g.Ng;
+  vec3 N = backfacing ? -g.N : g.N;
+  bool first = (state.flags & HW_PATH_FIRST_DONE) == 0u;
+
+  MaterialInputs inputs;
+  inputs.P = g.P;
+  inputs.N = N;
+  inputs.Ng = Ng;
+  inputs.wo = wo;
+  inputs.uv = vec3(g.uv, 0.0);
+  inputs.bary_u = hit.u;
+  inputs.bary_v = hit.v;
+  inputs.instance = hit.instance;
+  inputs.primitive = hit.primitive;
+  inputs.material = g.material;
+  inputs.ray_flags = state.flags & HW_PATH_RAY_TYPES;
+  inputs.bounces = state.bounces;
+  inputs.transparent = state.transparent;
+  inputs.ray_length = hit.t;
+  CameraRecord camera = HW_ROOT.camera;
+  float across = (camera.right - camera.left) / float(HW_FRAME.width);
+  inputs.footprint = camera.type == HW_CAMERA_PERSPECTIVE ? across * distance(g.P, camera_position(camera)) : across;
+  uint material_flags = MaterialTable(HW_ROOT.materials).at[g.material].flags;
+  bool behind_diffuse = (state.flags & HW_PATH_DIFFUSE_ANCESTOR) != 0u;
+  inputs.shade_flags = (backfacing ? HW_SHADE_BACKFACING : 0u) |
+                       ((material_flags & HW_MATERIAL_BUMP_CORRECTION) != 0u ? HW_SHADE_BUMP_CORRECTION : 0u) |
+                       (behind_diffuse && (HW_FRAME.caustics & 1u) == 0u ? HW_SHADE_NO_REFLECTIVE_CAUSTICS : 0u) |
+                       (behind_diffuse && (HW_FRAME.caustics & 2u) == 0u ? HW_SHADE_NO_REFRACTIVE_CAUSTICS : 0u);
+
+  ShadingGeometry sg;
+  sg.wo = wo;
+  sg.Ng = Ng;
+  sg.Ns = N;
+  sg.flags = inputs.shade_flags;
+
+  ShaderOutput surface;
+  surface.closures = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), 0u);
+  material_eval(inputs, surface);
+
+  // Emission, weighed against having sampled this triangle from the last vertex.
+  if (surface.emission.x + surface.emission.y + surface.emission.z > 0.0) {
+    float weight = 1.0;
+    uint light_offset = InstanceTable(HW_ROOT.instances).at[hit.instance].light_offset;
+    if (state.mis_pdf > 0.0 && light_offset != HW_NONE) {
+      uint light = light_offset + hit.primitive;
+      LightRecord record = LightTable(HW_ROOT.lights).at[light];
+      float pdf = light_pdf(record, state.mis_origin, ray.direction, distance(g.P, state.mis_origin)) *
+                  AliasTable(HW_ROOT.light_alias).at[light].pdf;
+      weight = mis_power(state.mis_pdf, pdf);
+    }
+    if (path_bounce(state.bounces) == 0u && pass_on(HW_PASS_EMISSION))
+      result_add3(path, HW_PASS_EMISSION, state.throughput * surface.emission);
+    found_light(path, state, surface.emission, weight);
+  }
+
+  bool film_background = (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u;
+  bool holdout = (g.instance_flags & HW_INSTANCE_HOLDOUT) != 0u;
+  float cut = holdout ? 1.0 : (surface.holdout.x + surface.holdout.y + surface.holdout.z) * (1.0 / 3.0);
+  if (film_background && cut > 0.0 && (HW_FRAME.transparent_film & 1u) != 0u) {
+    float mean = (state.throughput.x + state.throughput.y + state.throughput.z) * (1.0 / 3.0);
+    result_add1_at(path, HW_PASS_COMBINED, 3u, -cut * mean);
+  }
+  if (film_background && holdout) return;
+
+  uint count = surface.closures.count;
+  if (first) {
+    float through = (surface.transparency.x + surface.transparency.y + surface.transparency.z) * (1.0 / 3.0);
+    if (1.0 - through >= HW_FRAME.pass_alpha_threshold || HW_FRAME.pass_alpha_threshold <= 0.0) {
+      write_surface_passes(path, state, hit, g, surface.closures, sg);
+      state.flags |= HW_PATH_FIRST_DONE;
+    }
+  }
+
+  // Bounce limits. Past the last bounce only what goes straight through is left.
+  if ((state.flags & HW_PATH_NO_TRANSPARENT) != 0u) return;
+  if ((state.flags & HW_PATH_EMISSION_ONLY) != 0u) {
+    if (!HW_HAS(HW_FEATURE_TRANSPARENT) || count == 0u) return;
+    Closure last = HW_CLOSURE_AT(surface.closures, count - 1u);
+    if (closure_type(last) != HW_CLOSURE_TRANSPARENT) return;
+    HW_CLOSURE_AT(surface.closures, 0u) = last;
+    count = 1u;
+  }
+  if (count == 0u) return;
+
+  // Russian roulette on the throughput, as Cycles does it (square root of the largest channel).
+  if (path_bounce(state.bounces) > HW_FRAME.min_bounces) {
+    float largest = max(abs(state.throughput.x), max(abs(state.throughput.y), abs(state.throughput.z)));
+    float survive = min(sqrt(largest), 1.0);
+    float u = sampler_1d(state.seed, state.sample_index,
+                         sampler_dimension(path_bounce(state.bounces) + state.transparent, HW_DIM_ROULETTE), HW_FRAME.seed);
+    if (!(u < survive)) return;
+    state.throughput /= survive;
+  }
+
+  // Filter Glossy: closures seen after a blurry bounce are blurred too.
+  bool delta_only = true;
+  float blur = state.min_pdf * HW_FRAME.filter_glossy;
+  bool blurs = blur < 1.0;
+  float blur_roughness = sqrt(max(1.0 - blur, 0.0)) * 0.5;
+  for (uint i = 0u; i < count; ++i) {
+    Closure c = HW_CLOSURE_AT(surface.closures, i);
+    if (blurs) {
+      closure_blur(c, blur_roughness);
+      HW_CLOSURE_AT(surface.closures, i) = c;
+    }
+    delta_only = delta_only && closure_is_singular(c);
+  }
+
+  SurfacePoint point;
+  point.position = g.P;
+  point.normal = Ng;
+  point.shading_normal = N;
+  float offset_amount = InstanceTable(HW_ROOT.instances).at[hit.instance].shadow_terminator_offset;
+  point.terminator_offset = backfacing || offset_amount <= 0.0 ? vec3(0.0) : g.terminator_offset;
+  point.terminator_cutoff = offset_amount;
+  point.closure_count = count;
+  point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u);
+  SurfaceArray(HW_FRAME.surfaces).at[path] = point;
+  PathArray(HW_FRAME.paths).at[path] = state;
+  queue_push(push.out_queue, path);
+}
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  if (gl_GlobalInvocationID.x >= queue.header.count) return;
+  uint path = queue.path[gl_GlobalInvocationID.x];
+  PathState state = PathArray(HW_FRAME.paths).at[path];
+  Ray ray = RayArray(HW_FRAME.rays).at[path];
+  Hit hit = HitArray(HW_FRAME.hits).at[path];
+  if (hit.instance == HW_NONE) {
+    missed(path, state, ray.direction);
+  } else if (hit.instance == HW_LAMP_INSTANCE) {
+    met_lamp(path, state, ray, hit);
+  } else {
+    met_surface(path, state, ray, hit);
+  }
+}
