@@ -57,7 +57,7 @@ struct LightWarning {
 struct LightTable {
   std::vector<LightRecord> lights;                // lamps, suns last among them; the world; triangles
   std::vector<LampShape> shapes;                  // one for each lamp
-  std::vector<float> weights;                     // one for each light, what `alias` was made from
+  std::vector<float> weights;                     // one for each light: flux estimate [W]; 0: never chosen
   std::vector<AliasEntry> alias;                  // one for each light
   std::vector<std::uint32_t> lamp_index;          // where input lamp i went
   std::vector<std::uint32_t> instance_offset;     // first light of input instance i; its triangle t is at offset + t
@@ -75,8 +75,8 @@ LightTable build_light_table(const LightTableInput& input);
 
 // The same scene with other lamp settings or matrices: rewrites lamps, the world and the instances listed in `moved`
 // (indices into input.instances), and the odds where weights changed. Counts and order of everything must be as when the
-// table was built; throws SceneError otherwise. Returns false when nothing but lamps and the world was rewritten.
-bool update_light_table(LightTable& table, const LightTableInput& input, std::span<const std::uint32_t> moved);
+// table was built; throws SceneError otherwise. Call build_light_table instead when the selection changed.
+void update_light_table(LightTable& table, const LightTableInput& input, std::span<const std::uint32_t> moved);
 
 // One lamp's record and shape, and its flux estimate [W]. `reason` says why it does not emit, empty when it does.
 struct Lamp {

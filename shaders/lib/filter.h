@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pixel filters by importance sampling: a position is drawn from the filter, so that every sample weighs 1. Shapes and
 // the meaning of the width are Cycles': Blackman-Harris covers width px to each side, the Gaussian has sigma = width / 4
-// cut at 1.5 widths, the box is `width` px wide.
+// cut at 1.5 widths, the box is one pixel whatever the width (Cycles ignores it too).
 #ifndef HW_FILTER_H
 #define HW_FILTER_H
 #include "../shared/portable.h"
@@ -46,7 +46,7 @@ HW_FN vec2 filter_sample(uint filter_type, float width, vec2 u) {
   if (filter_type == HW_FILTER_BLACKMAN_HARRIS) {
     return vec2(filter_blackman_harris(u.x), filter_blackman_harris(u.y)) * width;
   }
-  return filter_type == HW_FILTER_GAUSSIAN ? clamp(gaussian * 0.25f, vec2(-1.5f), vec2(1.5f)) * width : box * width;
+  return filter_type == HW_FILTER_GAUSSIAN ? clamp(gaussian * 0.25f, vec2(-1.5f), vec2(1.5f)) * width : box;
 }
 
 HW_NAMESPACE_END

@@ -48,8 +48,8 @@ HW_FN uint sampler_reverse_bits(uint x) {
 #endif
 }
 
-// Owen scrambling of the bits below each bit of `x`, from the lowest bit upwards: each bit is flipped by a hash of all
-// lower bits and the seed. Constants by Vegdahl 2021 ("Building a Better LK Hash").
+// Owen scrambling from the lowest bit upwards: each bit is flipped by a hash of all lower bits and the seed. Constants by
+// Vegdahl 2021 ("Building a Better LK Hash").
 HW_FN uint sampler_laine_karras(uint x, uint seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -64,14 +64,20 @@ HW_FN uint sampler_owen(uint x, uint seed) {
   return sampler_reverse_bits(sampler_laine_karras(sampler_reverse_bits(x), seed));
 }
 
+// Shuffles the order of samples by Owen scrambling the index as an integer: aligned blocks of 2^k samples stay together,
+// so the points stay nets. The low 16 bits only, so that the loops below stay short.
+HW_FN uint sampler_shuffle(uint index, uint seed) {
+  return (index & 0xffff0000u) | (sampler_owen(index << 16u, seed) >> 16u);
+}
+
 // Sobol's second dimension: the Pascal matrix over GF(2), as a product of five sparse factors.
 HW_FN uint sampler_sobol_y(uint index) {
   uint x = sampler_reverse_bits(index);
-  x ^= x >> 16u;
-  x ^= (x & 0xff00ff00u) >> 8u;
-  x ^= (x & 0xf0f0f0f0u) >> 4u;
-  x ^= (x & 0xccccccccu) >> 2u;
-  x ^= (x & 0xaaaaaaaau) >> 1u;
+  x ^= x << 16u;
+  x ^= (x & 0x00ff00ffu) << 8u;
+  x ^= (x & 0x0f0f0f0fu) << 4u;
+  x ^= (x & 0x33333333u) << 2u;
+  x ^= (x & 0x55555555u) << 1u;
   return x;
 }
 
@@ -115,19 +121,20 @@ HW_FN uint sampler_group(uint pixel_hash, uint dimension, uint seed) {
 // the same numbers on every device.
 HW_FN float sampler_1d(uint pixel_hash, uint index, uint dimension, uint seed) {
   uint h = sampler_group(pixel_hash, dimension, seed);
-  // Shuffling the index and scrambling a van der Corput point: two Laine-Karras passes with reversals cancelled.
-  return sampler_to_float(sampler_reverse_bits(sampler_laine_karras(sampler_laine_karras(index, h), sampler_hash(h ^ 0x68bc21ebu))));
+  // The scrambled van der Corput point: the reversals of both cancel.
+  uint i = sampler_shuffle(index, h);
+  return sampler_to_float(sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu))));
 }
 HW_FN vec2 sampler_2d(uint pixel_hash, uint index, uint dimension, uint seed) {
   uint h = sampler_group(pixel_hash, dimension, seed);
-  uint i = sampler_laine_karras(index, h);
+  uint i = sampler_shuffle(index, h);
   uint x = sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu)));
   uint y = sampler_owen(sampler_sobol_y(i), sampler_hash(h ^ 0x02e5be93u));
   return vec2(sampler_to_float(x), sampler_to_float(y));
 }
 HW_FN vec3 sampler_3d(uint pixel_hash, uint index, uint dimension, uint seed) {
   uint h = sampler_group(pixel_hash, dimension, seed);
-  uint i = sampler_laine_karras(index, h);
+  uint i = sampler_shuffle(index, h);
   uint x = sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu)));
   uint y = sampler_owen(sampler_sobol_y(i), sampler_hash(h ^ 0x02e5be93u));
   uint z = sampler_owen(sampler_sobol_z(i), sampler_hash(h ^ 0x967a889bu));
@@ -135,7 +142,7 @@ HW_FN vec3 sampler_3d(uint pixel_hash, uint index, uint dimension, uint seed) {
 }
 HW_FN vec4 sampler_4d(uint pixel_hash, uint index, uint dimension, uint seed) {
   uint h = sampler_group(pixel_hash, dimension, seed);
-  uint i = sampler_laine_karras(index, h);
+  uint i = sampler_shuffle(index, h);
   uint x = sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu)));
   uint y = sampler_owen(sampler_sobol_y(i), sampler_hash(h ^ 0x02e5be93u));
   uint z = sampler_owen(sampler_sobol_z(i), sampler_hash(h ^ 0x967a889bu));
