@@ -3,6 +3,7 @@
 #ifndef HW_MATERIAL_IO_GLSL
 #define HW_MATERIAL_IO_GLSL
 #include "../shared/material_program.h"
+#include "tables.glsl"
 #include "closure_builders.h"
 
 struct MaterialInputs {
