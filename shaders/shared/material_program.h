@@ -81,7 +81,7 @@ HW_CONST uint HW_TIER_CLOSURE_END = 128u;
   X(HW_OP_IMAGE, 38u, 3u, HW_VM_IMAGE)         /* a coordinates, b object-space normal (box only); imm image; sub see below; d names a second destination for alpha, 0 for none */ \
   X(HW_OP_ENVIRONMENT, 39u, 1u, HW_VM_IMAGE)   /* a direction to texture coordinates; sub 0 equirectangular, 1 mirror ball */ \
   X(HW_OP_COLOR, 40u, 1u, HW_VM_COLOR)         /* sub = HW_COLOR_* conversions */                           \
-  X(HW_OP_BUMP, 41u, 15u, HW_VM_NORMAL)        /* a (height, height at dx, at dy), b (strength, distance, filter width), c normal, d 1: invert */ \
+  X(HW_OP_BUMP, 41u, 7u, HW_VM_NORMAL)         /* a (height, height at dx, at dy), b (strength, distance, filter width), c normal */ \
   X(HW_OP_NORMAL_MAP, 42u, 7u, HW_VM_NORMAL)   /* a colour, b strength, c normal; sub = HW_NORMAL_MAP_*; imm = hash of tangents */ \
   X(HW_OP_FRESNEL, 43u, 3u, HW_VM_MATH)        /* a index of refraction, b normal; facing ratio of b if sub is 1 */ \
   /* procedural */                                                                                          \
