@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine as Blender sees it: final frames and animations. The work is in final.py.
+
+`last_error` is the text of the last render's error, "" when it went well: for headless callers, since Blender's render
+operator tells only some failures.
+"""
+
+import itertools
+
+import bpy
+
+from . import final, passes
+
+_tokens = itertools.count(1)
+
+
+class HeadwaterRenderEngine(bpy.types.RenderEngine):
+    bl_idname = "HEADWATER"
+    bl_label = "Headwater"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_eevee_viewport = True  # material preview shading is EEVEE's
+    bl_use_shading_nodes_custom = False
+    bl_use_gpu_context = False  # True would turn persistent data off
+    bl_use_spherical_stereo = True
+    bl_use_custom_freestyle = False
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        self.token = next(_tokens)  # tells this engine's dependency graph from another's
+        self.job = None
+
+    def update(self, data, depsgraph):
+        """Export: the only place where Blender's data may be read safely (it holds the draw lock)."""
+        self.job = final.export(self, depsgraph)
+
+    def render(self, depsgraph):
+        if self.job is not None:
+            final.render(self, self.job, depsgraph)
+            self.job = None
+
+    def update_render_passes(self, scene=None, renderlayer=None):
+        passes.register(self, scene, renderlayer)
+
+
+def __getattr__(name):
+    if name == "last_error":
+        return final.last_error
+    raise AttributeError(name)
+
+
+register, unregister = bpy.utils.register_classes_factory((HeadwaterRenderEngine,))

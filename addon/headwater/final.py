@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A final frame: export in RenderEngine.update, render and hand out pixels in RenderEngine.render.
+
+Errors reach the artist by `report` and `error_set` (Blender only logs exceptions of an engine), are kept in
+`last_error`, and end the process with status 1 when the command line says --headwater-strict.
+"""
+
+import atexit
+import json
+import os
+import sys
+import time
+import traceback
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from . import kept, native, options, passes, preferences, render_settings
+from .sync.problems import Cancelled, SyncError
+
+PICTURE_EVERY = 0.7  # seconds between intermediate pictures
+WAIT_MS = 50
+
+last_error = ""
+
+# Called as observer(event, facts) while rendering: "progress" with the core's progress, about 20 times a second (a true
+# answer cancels the render), and "frame" with what _facts() says after each picture. For scripts and the command line.
+observers = []
+
+
+@dataclass
+class Job:
+    """One view layer of one frame, from export to pixels."""
+
+    key: tuple
+    kept: object
+    frame: render_settings.Frame
+    settings: dict
+    passes: list
+    options: options.Options
+    export: dict = field(default_factory=dict)
+
+
+def fail(engine, text: str) -> None:
+    """Tells the artist, ends an animation, and remembers for headless callers."""
+    global last_error
+    last_error = text
+    engine.report({"ERROR"}, text)
+    engine.error_set(text)
+    try:
+        strict = options.current().strict
+    except ValueError:
+        strict = False
+    if strict:
+        atexit.unregister(_exit_failed)
+        atexit.register(_exit_failed)
+
+
+def _exit_failed():
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(1)  # Blender ignores the status of sys.exit at this point
+
+
+def _guarded(work):
+    """Runs a step of a render; whatever goes wrong becomes one message. Returns None then."""
+
+    def step(engine, *arguments):
+        try:
+            return work(engine, *arguments)
+        except Cancelled:
+            return None
+        except (SyncError, native.NativeError, ValueError, RuntimeError, MemoryError) as error:
+            if not isinstance(error, (SyncError, native.NativeError)):
+                traceback.print_exc()
+            fail(engine, f"Headwater: {str(error) or type(error).__name__}")
+        except Exception as error:
+            traceback.print_exc()
+            fail(engine, f"Headwater: unexpected {type(error).__name__}: {error}")
+        return None
+
+    return step
+
+
+def _key(depsgraph) -> tuple:
+    return (depsgraph.scene.original.session_uid, depsgraph.view_layer.name)
+
+
+@_guarded
+def export(engine, depsgraph) -> Job:
+    """Syncs a view layer to the core's scene. Called by RenderEngine.update."""
+    global last_error
+    last_error = ""
+    scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    given = options.current()
+    frame = render_settings.frame_of(scene.render)
+    if frame.region_width <= 0 or frame.region_height <= 0:
+        raise SyncError("The render border is empty: it covers no pixel")
+    engine.update_stats("", "Loading the core")
+    context = native.context(*render_settings.device_choice(scene, preferences.chosen_device(), given))
+    key = _key(depsgraph)
+    if not (engine.is_animation or scene.render.use_persistent_data):
+        kept.drop(key)
+    state = kept.get(key, context)
+
+    def breathe():
+        if engine.test_break():
+            raise Cancelled
+
+    engine.update_stats("", "Synchronizing")
+    report = state.sync.sync(depsgraph, state.graph == engine.token, breathe)
+    state.graph = engine.token
+    for note in state.sync.notes.take():
+        engine.report({"WARNING"}, f"Headwater: {note}")
+    wanted = passes.wanted(view_layer)
+    settings = render_settings.build(scene, view_layer, frame, [item.core_name for item in wanted], given)
+    return Job(key, state, frame, settings, wanted, given, report)
+
+
+@_guarded
+def render(engine, job: Job, depsgraph) -> None:
+    """Renders every view of the view layer. Called by RenderEngine.render, without Blender's draw lock."""
+    job.kept.busy = True
+    try:
+        render_of = depsgraph.scene_eval.render
+        views = [view.name for view in render_of.views if view.use] if render_of.use_multiview else [""]
+        for view in views:
+            if not _render_view(engine, job, depsgraph, view):
+                break
+    except BaseException:
+        kept.drop(job.key)  # what the session holds is not to be trusted after an error
+        raise
+    finally:
+        job.kept.busy = False
+
+
+def _set_camera(engine, job: Job, depsgraph, view: str) -> None:
+    scene = depsgraph.scene_eval
+    camera = engine.camera_override or scene.camera
+    if camera is not None:
+        camera = camera.evaluated_get(depsgraph)
+    eye = {}
+    if view and camera is not None and camera.type == "CAMERA":
+        engine.active_view_set(view)
+        spherical = engine.use_spherical_stereo(camera)
+        matrix = engine.camera_model_matrix(camera, use_spherical_stereo=spherical)
+        eye = {
+            "matrix": np.array(matrix, np.float64).reshape(4, 4).T if np.ndim(matrix) == 1 else np.array(matrix),
+            "shift_x": engine.camera_shift_x(camera, use_spherical_stereo=spherical),
+        }
+    job.kept.sync.camera.sync(depsgraph, camera, scene.render, job.frame, **eye)
+
+
+def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
+    """One picture. Returns False when the artist cancelled."""
+    _set_camera(engine, job, depsgraph, view)
+    session = job.kept.session
+    engine.update_stats("", "Building")
+    synced = session.sync()
+    result = engine.begin_result(
+        0, 0, job.frame.region_width, job.frame.region_height, layer=depsgraph.view_layer.name, view=view
+    )
+    started = time.perf_counter()
+    try:
+        session.start(job.settings)
+        cancelled = _watch(engine, job, session, result, started)
+        session.finish()
+        for item in job.passes:
+            _write_pass(session, result, item, job.frame)
+    except BaseException:
+        _rescue(session, result, job)
+        engine.end_result(result)
+        raise
+    engine.end_result(result)
+    facts = _facts(job, depsgraph, view, synced, session, time.perf_counter() - started, cancelled)
+    for observer in list(observers):
+        observer("frame", facts)
+    if job.options.stats:
+        _append_line(job.options.stats, facts)
+    return not cancelled
+
+
+def _rescue(session, result, job: Job) -> None:
+    """After an error: what was rendered until then goes into the picture, if it can still be read."""
+    try:
+        if session.progress()["sample"] > 0:
+            for item in job.passes:
+                _write_pass(session, result, item, job.frame)
+    except Exception as error:
+        print(f"Headwater: the unfinished picture is lost: {error}")
+
+
+def _watch(engine, job: Job, session, result, started: float) -> bool:
+    """Waits for the render, shows how it goes, looks at Esc. Returns whether it was cancelled."""
+    picture_at, shown, cancelled = started, 0, False
+    while not session.wait(WAIT_MS):
+        progress = session.progress()
+        asked = [observer("progress", progress) for observer in list(observers)]
+        if not cancelled and (engine.test_break() or any(asked)):
+            session.cancel()
+            cancelled = True
+        done = progress["sample"]
+        if progress["samples"]:
+            engine.update_progress(done / progress["samples"])
+        engine.update_stats("", status_text(progress, time.perf_counter() - started))
+        engine.update_memory_stats(memory_used=progress["memory"] / 2**20)
+        now = time.perf_counter()
+        if not bpy.app.background and done > shown and now - picture_at > PICTURE_EVERY:
+            _write_pass(session, result, job.passes[0], job.frame)
+            engine.update_result(result)
+            picture_at, shown = time.perf_counter(), done
+    return cancelled
+
+
+def status_text(progress: dict, seconds: float) -> str:
+    """One line for the render window: sample, speed, memory, time left."""
+    parts = [f"Sample {progress['sample']}/{progress['samples']}"]
+    if progress.get("mrays"):
+        parts.append(f"{progress['mrays']:.1f} Mrays/s")
+    if progress["memory"]:
+        parts.append(f"Memory {progress['memory'] / 2**20:.0f} MiB")
+    left = progress.get("remaining", -1)
+    if left is not None and left >= 0 and seconds > 0.5:
+        minutes, rest = divmod(int(left + 0.5), 60)
+        hours, minutes = divmod(minutes, 60)
+        parts.append(f"Left {hours}:{minutes:02}:{rest:02}" if hours else f"Left {minutes:02}:{rest:02}")
+    if progress.get("stage"):
+        parts.append(str(progress["stage"]))
+    return " | ".join(parts)
+
+
+def _write_pass(session, result, item, frame) -> None:
+    target = next((p for p in result.layers[0].passes if p.fullname == item.name or p.name == item.name), None)
+    if target is None:
+        return
+    pixels = session.read(item.core_name)
+    channels = len(item.channels)
+    if pixels.shape != (frame.region_height, frame.region_width, channels):
+        raise RuntimeError(
+            f"pass {item.core_name}: the core gave {pixels.shape}, Blender expects "
+            f"{(frame.region_height, frame.region_width, channels)}"
+        )
+    target.rect.foreach_set(np.ascontiguousarray(pixels, np.float32).reshape(-1))
+
+
+def _facts(job: Job, depsgraph, view: str, synced: dict, session, seconds: float, cancelled: bool) -> dict:
+    """What a picture cost, as JSON can hold it: schema in docs/manual/settings.md."""
+    return {
+        "scene": depsgraph.scene.name,
+        "view_layer": depsgraph.view_layer.name,
+        "view": view,
+        "frame": depsgraph.scene.frame_current,
+        "width": job.frame.region_width,
+        "height": job.frame.region_height,
+        "samples": job.settings["samples"],
+        "integrator": job.settings["integrator"],
+        "cancelled": cancelled,
+        "export": job.export,
+        "sync": synced,
+        "render_seconds": seconds,
+        "core": session.stats(),
+    }
+
+
+def _append_line(path: str, facts: dict) -> None:
+    """Appends one line of JSON to the file named by --headwater-stats."""
+    try:
+        with open(path, "a", encoding="utf-8") as file:
+            file.write(json.dumps(facts, default=str) + "\n")
+    except OSError as error:
+        raise RuntimeError(f"cannot write statistics to '{path}': {error.strerror}") from error

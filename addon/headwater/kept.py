@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is kept from frame to frame: a scene sync and a session for each view layer that is being rendered.
+
+Kept over frames in animations and with persistent data, so that only what changed is synced, uploaded and rebuilt.
+Freed when the render ends (unless data is persistent), when another file is loaded, and when the add-on is turned off.
+"""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import native
+from .sync.state import SceneSync
+
+
+class Kept:
+    """One view layer's scene on one device."""
+
+    def __init__(self, context):
+        self.context = context
+        self.sync = SceneSync(native.core())
+        self.session = native.core().Session(context, self.sync.scene)
+        self.graph = None  # token of the render engine whose dependency graph was synced last
+        self.busy = False
+
+
+_kept: dict[tuple, Kept] = {}
+
+
+def get(key: tuple, context) -> Kept:
+    """What is kept under the key, on that context; new where there is none."""
+    found = _kept.get(key)
+    if found is None or found.context is not context:
+        for other in [other for other, kept in _kept.items() if kept.context is not context and not kept.busy]:
+            drop(other)  # the device changed
+        found = _kept[key] = Kept(context)
+    return found
+
+
+def drop(key: tuple) -> None:
+    """Frees what is kept under the key; a render that still runs there is cancelled."""
+    kept = _kept.pop(key, None)
+    if kept is not None:
+        kept.session.cancel()
+
+
+def drop_all() -> None:
+    for key in list(_kept):
+        drop(key)
+
+
+@persistent
+def _render_ended(scene, *_):
+    if not scene.render.use_persistent_data:
+        drop_all()
+
+
+@persistent
+def _file_loaded(*_):
+    drop_all()
+
+
+_handlers = (
+    ("render_complete", _render_ended),
+    ("render_cancel", _render_ended),
+    ("load_pre", _file_loaded),
+)
+
+
+def register():
+    for name, handler in _handlers:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister():
+    for name, handler in _handlers:
+        found = getattr(bpy.app.handlers, name)
+        if handler in found:
+            found.remove(handler)
+    drop_all()
+    native.release()

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings that Blender lacks, one PropertyGroup on each data-block: scene, view layer, light, material, world.
+
+Where the Cycles add-on is there, `scene.headwater.use_cycles_settings` (on by default) takes sampling, light paths and
+film from Cycles' own properties, so that an unmodified Cycles file looks the same: see render_settings.py and
+docs/manual/settings.md. The groups here hold the same settings, with Cycles' defaults, for files without Cycles.
+"""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+
+class HeadwaterSceneSettings(bpy.types.PropertyGroup):
+    use_cycles_settings: BoolProperty(
+        name="Use Cycles' Settings",
+        description="Take samples, bounces, clamping, pixel filter and exposure from the scene's Cycles settings",
+        default=True,
+    )
+    integrator: EnumProperty(
+        name="Integrator",
+        description="How light is transported",
+        items=(("path", "Path Tracing", "Unidirectional path tracing: unbiased, the reference for all others"),),
+        default="path",
+    )
+    light_choice: EnumProperty(
+        name="Light Choice",
+        description="How next-event estimation chooses among the lights",
+        items=(
+            ("power", "Power", "In proportion to the power each light sends out"),
+            ("uniform", "Uniform", "Every light with the same probability"),
+        ),
+        default="power",
+    )
+    tracer: EnumProperty(
+        name="Ray Tracing",
+        description="What finds the hits of rays",
+        items=(
+            ("auto", "Automatic", "Ray queries on GPUs that have them, Embree on the CPU"),
+            ("ray_query", "Vulkan Ray Query", "Ray tracing hardware through Vulkan ray queries"),
+            ("embree", "Embree", "Embree on the host's processor"),
+        ),
+        default="auto",
+    )
+    device: StringProperty(
+        name="Device",
+        description="Name of the device this scene renders on; empty: the one chosen in the preferences",
+        default="",
+    )
+    samples: IntProperty(name="Samples", description="Samples a pixel", min=1, soft_max=4096, default=128)
+    time_limit: FloatProperty(
+        name="Time Limit", description="Stop after this time; 0: none", min=0.0, default=0.0, unit="TIME_ABSOLUTE"
+    )
+    seed: IntProperty(name="Seed", description="Same seed, same noise", min=0, default=0)
+    use_animated_seed: BoolProperty(name="Animate Seed", description="Another noise every frame", default=False)
+    max_bounces: IntProperty(
+        name="Total", description="Bounces of a light path; 0: direct light only", min=0, max=1024, default=12
+    )
+    diffuse_bounces: IntProperty(name="Diffuse", description="Diffuse bounces", min=0, max=1024, default=4)
+    glossy_bounces: IntProperty(name="Glossy", description="Glossy bounces", min=0, max=1024, default=4)
+    transmission_bounces: IntProperty(
+        name="Transmission", description="Transmission bounces", min=0, max=1024, default=12
+    )
+    transparent_bounces: IntProperty(
+        name="Transparent", description="Transparent surfaces a path passes", min=0, max=1024, default=8
+    )
+    min_bounces: IntProperty(
+        name="Min Light Bounces",
+        description="Bounces before paths may end by Russian roulette",
+        min=0,
+        max=1024,
+        default=0,
+    )
+    clamp_direct: FloatProperty(
+        name="Direct Light", description="Largest direct sample; 0: no clamping", min=0.0, default=0.0
+    )
+    clamp_indirect: FloatProperty(
+        name="Indirect Light", description="Largest indirect sample; 0: no clamping", min=0.0, default=10.0
+    )
+    filter_glossy: FloatProperty(
+        name="Filter Glossy",
+        description="Blur glossy reflections after blurry bounces: less noise, lost caustics",
+        min=0.0,
+        max=10.0,
+        default=1.0,
+    )
+    caustics_reflective: BoolProperty(name="Reflective", description="Reflective caustics", default=True)
+    caustics_refractive: BoolProperty(name="Refractive", description="Refractive caustics", default=True)
+    exposure: FloatProperty(name="Exposure", description="Brightness of the film", min=0.0, soft_max=10.0, default=1.0)
+    transparent_glass: BoolProperty(
+        name="Transparent Glass", description="Transmissive surfaces show the background's alpha", default=False
+    )
+    filter_type: EnumProperty(
+        name="Filter",
+        description="Pixel filter",
+        items=(
+            ("BOX", "Box", "One pixel, no blur"),
+            ("GAUSSIAN", "Gaussian", "Soft"),
+            ("BLACKMAN_HARRIS", "Blackman-Harris", "Soft and sharp alike"),
+        ),
+        default="BLACKMAN_HARRIS",
+    )
+    filter_width: FloatProperty(
+        name="Width", description="Width of the pixel filter", min=0.01, max=10.0, default=1.5, subtype="PIXEL"
+    )
+
+
+class HeadwaterViewLayerSettings(bpy.types.PropertyGroup):
+    use_pass_denoising: BoolProperty(
+        name="Denoising Data", description="Store the albedo and normal that denoisers need", default=False
+    )
+
+
+class HeadwaterLightSettings(bpy.types.PropertyGroup):
+    use_mis: BoolProperty(
+        name="Multiple Importance",
+        description="Let rays that bounce into the light find it too: less noise in sharp reflections",
+        default=True,
+    )
+
+
+class HeadwaterMaterialSettings(bpy.types.PropertyGroup):
+    emission_sampling: EnumProperty(
+        name="Emission Sampling",
+        description="How the emission of surfaces with this material is found",
+        items=(
+            ("NONE", "None", "Only by rays that bounce into it"),
+            ("AUTO", "Auto", "As a light, where it is bright enough"),
+            ("FRONT", "Front", "As a light on the front faces"),
+            ("BACK", "Back", "As a light on the back faces"),
+            ("FRONT_BACK", "Front and Back", "As a light on both faces"),
+        ),
+        default="AUTO",
+    )
+
+
+class HeadwaterWorldSettings(bpy.types.PropertyGroup):
+    sampling_method: EnumProperty(
+        name="Sampling",
+        description="How the light of the world is sampled",
+        items=(
+            ("NONE", "None", "Only by rays that miss everything"),
+            ("AUTOMATIC", "Auto", "By an importance map of fitting size"),
+            ("MANUAL", "Manual", "By an importance map of the size given"),
+        ),
+        default="AUTOMATIC",
+    )
+    sample_map_resolution: IntProperty(
+        name="Map Resolution", description="Width of the importance map", min=4, max=8192, default=1024, subtype="PIXEL"
+    )
+    camera: BoolProperty(name="Camera", description="Camera rays see the world", default=True)
+    diffuse: BoolProperty(name="Diffuse", description="Diffuse rays see the world", default=True)
+    glossy: BoolProperty(name="Glossy", description="Glossy rays see the world", default=True)
+    transmission: BoolProperty(name="Transmission", description="Transmission rays see the world", default=True)
+
+
+_groups = (
+    (bpy.types.Scene, HeadwaterSceneSettings),
+    (bpy.types.ViewLayer, HeadwaterViewLayerSettings),
+    (bpy.types.Light, HeadwaterLightSettings),
+    (bpy.types.Material, HeadwaterMaterialSettings),
+    (bpy.types.World, HeadwaterWorldSettings),
+)
+
+
+def register():
+    for owner, group in _groups:
+        bpy.utils.register_class(group)
+        owner.headwater = PointerProperty(name="Headwater", type=group)
+
+
+def unregister():
+    for owner, group in reversed(_groups):
+        del owner.headwater
+        bpy.utils.unregister_class(group)

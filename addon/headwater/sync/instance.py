@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`depsgraph.object_instances` → groups of instances → core instances, batch by batch.
+
+What differs from instance to instance (matrix, random id, persistent id) is read for all of them at once by
+`foreach_get`, which works on the iterator and runs in C; the Python loop only asks whose instance each is. Measured on
+a million geometry-nodes instances: 0.27 s for each array, 1.5 s for the loop.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+BREATHE_EVERY = 4096  # instances between two looks at Esc
+
+
+@dataclass
+class Group:
+    """Instances that share everything but their place: one object, or all copies of it under one instancer."""
+
+    kind: str  # 'MESH', 'LIGHT' or '' (draws nothing)
+    key: tuple = ()
+    name: str = ""
+    mesh: object = None  # mesh.MeshRecord
+    settings: dict = field(default_factory=dict)  # keyword arguments of the core
+    moves: bool = False
+    single: bool = True
+
+
+@dataclass
+class Collected:
+    groups: list[Group]
+    index: np.ndarray  # (N,) group of each instance
+    matrices: np.ndarray  # (N, 3, 4) float32, C-contiguous
+    random_ids: np.ndarray  # (N,) uint32
+    shown: np.ndarray  # (N,) bool
+    keys: np.ndarray  # (N,) uint64: persistent ids, hashed
+
+
+def _read(instances, count: int, prop: str, width: int, dtype) -> np.ndarray:
+    values = np.empty(count * width, dtype)
+    instances.foreach_get(prop, values)
+    return values.reshape(count, width) if width > 1 else values
+
+
+def hash_rows(rows: np.ndarray) -> np.ndarray:
+    """A 64-bit hash of each row of an int32 array (FNV-1a over words, finished by splitmix64's mix)."""
+    state = np.full(len(rows), 0xCBF29CE484222325, np.uint64)
+    with np.errstate(over="ignore"):
+        for column in rows.view(np.uint32).T:
+            state = (state ^ column.astype(np.uint64)) * np.uint64(0x100000001B3)
+        state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        return state ^ (state >> np.uint64(31))
+
+
+def collect(depsgraph, enter, breathe) -> Collected:
+    """All instances of the dependency graph, grouped.
+
+    `enter(instance, object, data, parent) -> Group` is called once for each group, while its Blender objects live.
+    `breathe()` is called now and then and may raise Cancelled.
+    """
+    instances = depsgraph.object_instances
+    count = len(instances)
+    matrices = _read(instances, count, "matrix_world", 16, np.float32).reshape(count, 4, 4)
+    matrices = np.ascontiguousarray(matrices.transpose(0, 2, 1)[:, :3, :])  # Blender stores columns
+    random_ids = _read(instances, count, "random_id", 1, np.int32).view(np.uint32)
+    shown = _read(instances, count, "show_self", 1, np.bool_)
+    keys = hash_rows(_read(instances, count, "persistent_id", 8, np.int32))
+    index = np.empty(count, np.int32)
+    groups: list[Group] = []
+    known: dict[tuple, int] = {}
+    for i, instance in enumerate(instances):
+        if i % BREATHE_EVERY == 0:
+            breathe()
+        obj = instance.object
+        data = obj.data
+        parent = instance.parent
+        # Temporary objects of instancers are reused at one address: data and parent tell them apart.
+        where = (
+            obj.as_pointer(),
+            data.as_pointer() if data is not None else 0,
+            parent.as_pointer() if parent is not None else 0,
+        )
+        group = known.get(where)
+        if group is None:
+            if not shown[i] or data is None:
+                # Decided by the first instance that is shown.
+                index[i] = -1
+                continue
+            breathe()
+            group = known[where] = len(groups)
+            groups.append(enter(instance, obj, data, parent))
+        index[i] = group
+    return Collected(groups, index, matrices, random_ids, shown, keys)
+
+
+def ray_visibility(obj, parent) -> dict[str, bool]:
+    """Which kinds of rays see an object; an instancer's settings hold for its instances too, as in Cycles."""
+    seen = {ray: getattr(obj, f"visible_{ray}") for ray in _RAYS}
+    if parent is not None:
+        seen = {ray: on and getattr(parent, f"visible_{ray}") for ray, on in seen.items()}
+    return seen
+
+
+def visibility_mask(seen: dict[str, bool], flags: dict) -> int:
+    """HW_MASK_* of an object."""
+    names = {"shadow": "HW_MASK_SHADOW_OPAQUE"}
+    mask = 0
+    for ray, on in seen.items():
+        if on:
+            mask |= flags[names.get(ray, f"HW_MASK_{ray.upper()}")]
+    return mask
+
+
+def is_animated(obj) -> bool:
+    """Whether an original object may move by itself: animation, constraints, physics or an animated parent."""
+    while obj is not None:
+        if obj.animation_data is not None and (
+            obj.animation_data.action or obj.animation_data.drivers or obj.animation_data.nla_tracks
+        ):
+            return True
+        if len(obj.constraints) or obj.rigid_body is not None or obj.parent_type in {"BONE", "VERTEX", "VERTEX_3"}:
+            return True
+        obj = obj.parent
+    return False
+
+
+@dataclass
+class _Batch:
+    first: int  # id of slot 0
+    signature: tuple
+    matrices: np.ndarray
+    random_ids: np.ndarray
+    keys: np.ndarray
+    slots: np.ndarray  # slot of each instance
+    top: int  # slots ever used
+    moves: bool
+
+
+def assign_slots(old_keys: np.ndarray, old_slots: np.ndarray, keys: np.ndarray, top: int) -> tuple[np.ndarray, int]:
+    """Slots for instances: those known keep theirs (and with it their motion), new ones take free slots, then `top`.
+
+    Returns the slot of each and the new count of slots. Keys that occur twice are told apart by their order only.
+    """
+    slots = np.full(len(keys), -1, np.int64)
+    order = np.argsort(old_keys, kind="stable")
+    ranked = old_keys[order]
+    place = np.searchsorted(ranked, keys)
+    place_ok = place < len(ranked)
+    found = np.zeros(len(keys), bool)
+    found[place_ok] = ranked[place[place_ok]] == keys[place_ok]
+    slots[found] = old_slots[order[place[found]]]
+    _, first_use = np.unique(slots, return_index=True)
+    doubled = np.ones(len(keys), bool)
+    doubled[first_use] = False
+    slots[doubled] = -1
+    missing = np.flatnonzero(slots < 0)
+    free = np.setdiff1d(np.arange(top), slots[slots >= 0], assume_unique=True)[: len(missing)]
+    slots[missing[: len(free)]] = free
+    rest = missing[len(free) :]
+    slots[rest] = np.arange(top, top + len(rest))
+    return slots, top + len(rest)
+
+
+class InstanceSync:
+    """Instances the core has, by group key."""
+
+    def __init__(self, scene, ids, notes):
+        self._scene, self._ids, self._notes = scene, ids, notes
+        self._batches: dict[tuple, _Batch] = {}
+        self.count = 0
+
+    def sync(self, collected: Collected, breathe) -> None:
+        """Sends what changed and removes what is gone."""
+        seen = set()
+        self.count = 0
+        finite = np.isfinite(collected.matrices).all(axis=(1, 2))
+        drawn = collected.shown & (collected.index >= 0)
+        order = np.argsort(collected.index, kind="stable")
+        bounds = np.searchsorted(collected.index[order], np.arange(len(collected.groups) + 1))
+        for number, group in enumerate(collected.groups):
+            if group.kind != "MESH" or group.mesh is None or not group.mesh.triangles:
+                continue
+            breathe()
+            members = order[bounds[number] : bounds[number + 1]]
+            members = members[drawn[members]]
+            good = members[finite[members]]
+            if len(good) < len(members):
+                self._notes.add(f"Object '{group.name}' left out: its transform is no number")
+            if not len(good):
+                continue
+            key = group.key
+            while key in seen:  # two groups of one object under one parent (several meshes): by order
+                key = (*key, "next")
+            seen.add(key)
+            self.count += len(good)
+            self._sync_batch(key, group, collected.matrices[good], collected.random_ids[good], collected.keys[good])
+        for key in [key for key in self._batches if key not in seen]:
+            self._remove(key)
+
+    def _sync_batch(self, key, group: Group, matrices, random_ids, keys) -> None:
+        batch = self._batches.get(key)
+        settings = group.settings
+        signature = (group.mesh.id, group.single, tuple(settings.items()))
+        if batch is not None:
+            same_keys = np.array_equal(batch.keys, keys)
+            same_matrices = same_keys and np.array_equal(batch.matrices, matrices)
+            if same_matrices and batch.signature == signature and np.array_equal(batch.random_ids, random_ids):
+                return
+            if same_keys and not same_matrices:
+                batch.moves = True
+            if not same_keys:
+                self._move_slots(batch, keys)
+            batch.moves = batch.moves or group.moves
+        else:
+            first = self._ids.get(("instance", *key)) << 32
+            batch = _Batch(first, (), matrices, random_ids, keys, np.arange(len(keys)), len(keys), group.moves)
+            self._batches[key] = batch
+        self._send(batch, group, matrices, random_ids)
+        batch.signature, batch.matrices, batch.random_ids, batch.keys = signature, matrices, random_ids, keys
+
+    def _move_slots(self, batch: _Batch, keys: np.ndarray) -> None:
+        slots, top = assign_slots(batch.keys, batch.slots, keys, batch.top)
+        for slot in np.setdiff1d(batch.slots, slots):
+            self._scene.remove_instance(batch.first + int(slot))
+        batch.slots, batch.top = slots, top
+
+    def _send(self, batch: _Batch, group: Group, matrices, random_ids) -> None:
+        settings = dict(group.settings, moves=batch.moves)
+        if group.single and len(matrices) == 1:
+            self._scene.upsert_instance(
+                batch.first + int(batch.slots[0]),
+                group.mesh.id,
+                matrices[0],
+                name=group.name,
+                random_id=int(random_ids[0]),
+                **settings,
+            )
+            return
+        order = np.argsort(batch.slots, kind="stable")
+        slots = batch.slots[order]
+        runs = np.flatnonzero(np.diff(slots) != 1) + 1
+        for run in np.split(order, runs):
+            self._scene.upsert_instances(
+                batch.first + int(batch.slots[run[0]]),
+                group.mesh.id,
+                np.ascontiguousarray(matrices[run]),
+                name=group.name,
+                random_ids=np.ascontiguousarray(random_ids[run]),
+                **settings,
+            )
+
+    def _remove(self, key) -> None:
+        batch = self._batches.pop(key)
+        slots = np.sort(batch.slots)
+        for run in np.split(slots, np.flatnonzero(np.diff(slots) != 1) + 1):
+            self._scene.remove_instances(batch.first + int(run[0]), len(run))
+        self._ids.forget(("instance", *key))

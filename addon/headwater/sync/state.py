@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""SceneSync: the core's scene of one view layer, and what Blender's data looked like when it was last synced."""
+
+import time
+
+from ..nodes import compile_lamp, compile_material, compile_world
+from . import instance as instances
+from .camera import CameraSync
+from .image import ImageSync
+from .instance import Group, InstanceSync
+from .light import LightSync
+from .material import MaterialSync
+from .mesh import MAX_SLOTS, MeshSync
+from .problems import Notes, naming
+from .updates import Updates
+from .world import WorldSync
+
+_NOT_YET = {
+    "CURVES": "hair curves",
+    "POINTCLOUD": "point clouds",
+    "VOLUME": "volumes",
+    "GREASEPENCIL": "grease pencil",
+    "GPENCIL": "grease pencil",
+}
+
+
+class Ids:
+    """Stable numbers for keys, never used twice."""
+
+    def __init__(self):
+        self._numbers: dict[tuple, int] = {}
+        self._next = 1
+
+    def get(self, key: tuple) -> int:
+        number = self._numbers.get(key)
+        if number is None:
+            number = self._numbers[key] = self._next
+            self._next += 1
+        return number
+
+    def forget(self, key: tuple) -> None:
+        self._numbers.pop(key, None)
+
+
+class SceneSync:
+    """Keeps `scene` (a core.Scene) equal to what a dependency graph shows.
+
+    Not tied to any Blender object: keys are `session_uid`s, so it outlives undo, file changes and frames.
+    """
+
+    def __init__(self, core):
+        self.scene = core.Scene()
+        self.notes = Notes()
+        self.seconds: dict[str, float] = {}
+        self._flags = core.flags
+        self._ids = Ids()
+        self._sync = 0
+        scene, ids, notes = self.scene, self._ids, self.notes
+        self.images = ImageSync(scene, ids, notes)
+        self.materials = MaterialSync(scene, ids, notes, self.images, compile_material)
+        self.meshes = MeshSync(scene, ids, notes)
+        self.instances = InstanceSync(scene, ids, notes)
+        self.lights = LightSync(scene, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add))
+        self.world = WorldSync(scene, ids, notes, self._flags, self.images, compile_world)
+        self.camera = CameraSync(scene, notes)
+        self._complete = False
+
+    def sync(self, depsgraph, same_graph: bool, breathe=lambda: None) -> dict:
+        """Brings the core's scene up to date, all but the camera. Returns counts and seconds.
+
+        `same_graph`: the dependency graph is the one of the last sync, so its `updates` tell what changed since.
+        `breathe()` is called often and may raise Cancelled; the next sync then compares everything.
+        """
+        start = time.perf_counter()
+        updates = Updates(depsgraph, same_graph and self._complete)
+        self._complete = False
+        self._sync += 1
+        self.meshes.uploaded = 0
+        view_layer = depsgraph.view_layer_eval
+        self.images.begin(updates)
+        self.materials.begin(updates, view_layer.material_override)
+        with naming("World", depsgraph.scene_eval.name):
+            self.world.sync(depsgraph.scene_eval, view_layer, updates)
+        self.materials.sync(depsgraph)
+        after_materials = time.perf_counter()
+
+        self.lights.begin()
+        frame = _Frame(self, updates, depsgraph.view_layer)
+        collected = instances.collect(depsgraph, frame.enter, breathe)
+        after_meshes = time.perf_counter()
+
+        self.instances.sync(collected, breathe)
+        for number, group in enumerate(collected.groups):
+            if group.kind == "LIGHT":
+                self._place_lights(group, number, collected)
+        self.lights.remove_unseen()
+        self.meshes.remove_unseen(self._sync)
+        self.materials.remove_unseen()
+        self.images.remove_unseen()
+        self._complete = True
+        end = time.perf_counter()
+        self.seconds = {
+            "materials": after_materials - start,
+            "meshes": after_meshes - after_materials,
+            "instances": end - after_meshes,
+        }
+        return {
+            "seconds": end - start,
+            "parts": dict(self.seconds),
+            "objects": len(collected.groups),
+            "instances": self.instances.count,
+            "lights": self.lights.count,
+            "meshes_uploaded": self.meshes.uploaded,
+        }
+
+    def _place_lights(self, group: Group, number: int, collected) -> None:
+        for i in ((collected.index == number) & collected.shown).nonzero()[0]:
+            with naming("Light", group.name):
+                self.lights.place(
+                    (*group.key, int(collected.keys[i])), group.name, group.settings, collected.matrices[i]
+                )
+
+
+class _Frame:
+    """One sync's walk over the instances: turns the first of each kind into a Group."""
+
+    def __init__(self, state: SceneSync, updates: Updates, view_layer):
+        self._state, self._updates = state, updates
+        self._view_layer = view_layer  # the original: its bases are asked for by original objects
+        self._wanted = state.materials.attributes
+        self._keys: dict[int, tuple] = {}  # data pointer → mesh key, within this sync only
+        self._taken: set[tuple] = set()
+
+    def enter(self, instance, obj, data, parent) -> Group:
+        """The group of an instance seen for the first time; exports its mesh if need be."""
+        kind = obj.type
+        if kind == "LIGHT":
+            with naming("Light", obj.name):
+                return self._light(obj, parent)
+        if kind == "MESH":
+            with naming("Object", obj.name):
+                return self._geometry(obj, data, parent)
+        # Curves, surfaces, text and metaballs come once as themselves and once as an instance of the mesh made of them.
+        if kind in _NOT_YET:
+            self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')")
+        return Group("")
+
+    @staticmethod
+    def _uids(obj, parent) -> tuple[int, int]:
+        return obj.original.session_uid, parent.original.session_uid if parent is not None else 0
+
+    def _light(self, obj, parent) -> Group:
+        settings = self._state.lights.prepare(obj, instances.ray_visibility(obj, parent))
+        if settings is None:
+            return Group("")
+        return Group("LIGHT", self._uids(obj, parent), obj.name, settings=settings)
+
+    def _mesh_key(self, obj, data, parent) -> tuple:
+        """Objects without modifiers share their data's mesh; others have their own; geometry nodes make parts."""
+        pointer = data.as_pointer()
+        key = self._keys.get(pointer)
+        if key is not None:
+            return key
+        obj_uid, parent_uid = self._uids(obj, parent)
+        plain = obj.type == "MESH" and not len(obj.modifiers) and data.shape_keys is None
+        if parent is not None and obj_uid == parent_uid:
+            key = ("part", parent_uid, 0)
+        else:
+            key = ("mesh", data.original.session_uid) if plain else ("object", obj_uid)
+        ordinal = 0
+        while key in self._taken:
+            ordinal += 1
+            key = ("part", parent_uid or obj_uid, ordinal)
+        self._taken.add(key)
+        self._keys[pointer] = key
+        return key
+
+    def _geometry(self, obj, data, parent) -> Group:
+        state, sync = self._state, self._state._sync
+        key = self._mesh_key(obj, data, parent)
+        obj_uid, parent_uid = self._uids(obj, parent)
+        changed = self._updates.geometry_changed(obj_uid, parent_uid, data.original.session_uid)
+        slot_count = max(len(obj.material_slots), len(data.materials), 1)
+        record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
+        if record is None:
+            record = state.meshes.upsert(key, data, slot_count, self._wanted, sync)
+        return Group(
+            "MESH",
+            (obj_uid, parent_uid, *key),
+            obj.name,
+            record,
+            self._instance_settings(obj, data, parent),
+            moves=instances.is_animated(obj.original)
+            or (parent is not None and instances.is_animated(parent.original)),
+            single=parent is None,
+        )
+
+    def _instance_settings(self, obj, data, parent) -> dict:
+        state, flags = self._state, self._state._flags
+        seen = instances.ray_visibility(obj, parent)
+        # As in Cycles: holdout is asked of the object itself, indirect only of what brings it into the view layer.
+        holdout = obj.is_holdout or obj.original.holdout_get(view_layer=self._view_layer)
+        owner = parent if parent is not None else obj
+        if not holdout and owner.original.indirect_only_get(view_layer=self._view_layer):
+            seen["camera"] = False
+        bits = 0
+        if holdout:
+            bits |= flags["HW_INSTANCE_HOLDOUT"]
+        if obj.is_shadow_catcher or (parent is not None and parent.is_shadow_catcher):
+            bits |= flags["HW_INSTANCE_SHADOW_CATCHER"]
+        return dict(
+            materials=tuple(state.materials.slots(obj, data)[:MAX_SLOTS]),
+            visibility=instances.visibility_mask(seen, flags),
+            object_index=max(obj.pass_index, 0),
+            flags=bits,
+            color=tuple(obj.color[:3]),
+            shadow_terminator_offset=_shadow_terminator_offset(obj),
+        )
+
+
+def _shadow_terminator_offset(obj) -> float:
+    own = getattr(obj, "shadow_terminator_geometry_offset", None)
+    return own if own is not None else getattr(getattr(obj, "cycles", None), "shadow_terminator_geometry_offset", 0.1)

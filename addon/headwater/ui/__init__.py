@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels: ours, and Blender's own that are made for every engine."""
+
+from . import camera, inherited, light, material, object, render, view_layer, world
+
+_modules = (render, view_layer, camera, light, material, object, world, inherited)
+
+
+def register():
+    for module in _modules:
+        module.register()
+
+
+def unregister():
+    for module in reversed(_modules):
+        module.unregister()

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render properties: Sampling, Light Paths, Film, Performance; Cycles' own properties where those are in use."""
+
+import bpy
+from bl_ui.utils import PresetPanel
+
+from ..render_settings import cycles_of
+from .panel import HeadwaterPanel, split
+
+
+class _RenderPanel(HeadwaterPanel):
+    bl_context = "render"
+
+
+class HEADWATER_PT_sampling_presets(PresetPanel, bpy.types.Panel):
+    bl_label = "Sampling Presets"
+    preset_subdir = "headwater/sampling"
+    preset_operator = "script.execute_preset"
+    preset_add_operator = "headwater.sampling_preset_add"
+    COMPAT_ENGINES = {"HEADWATER"}
+
+
+class HEADWATER_RENDER_PT_sampling(_RenderPanel, bpy.types.Panel):
+    bl_label = "Sampling"
+
+    def draw_header_preset(self, _context):
+        HEADWATER_PT_sampling_presets.draw_panel_header(self.layout)
+
+    def draw(self, context):
+        scene = context.scene
+        own, cycles = scene.headwater, cycles_of(scene)
+        column = split(self.layout)
+        column.prop(own, "integrator")
+        if hasattr(scene, "cycles"):
+            column.prop(own, "use_cycles_settings")
+        column = self.layout.column()
+        column.prop(cycles or own, "samples")
+        column.prop(cycles or own, "time_limit")
+
+
+class HEADWATER_RENDER_PT_sampling_advanced(_RenderPanel, bpy.types.Panel):
+    bl_label = "Advanced"
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        own, cycles = context.scene.headwater, cycles_of(context.scene)
+        column = split(self.layout)
+        row = column.row(align=True)
+        row.prop(cycles or own, "seed")
+        row.prop(cycles or own, "use_animated_seed", text="", icon="TIME")
+        column.prop(own, "light_choice")
+        if cycles:
+            column.prop(cycles, "use_sample_subset")
+            if cycles.use_sample_subset:
+                column.prop(cycles, "sample_offset")
+                column.prop(cycles, "sample_subset_length")
+
+
+class HEADWATER_RENDER_PT_light_paths(_RenderPanel, bpy.types.Panel):
+    bl_label = "Light Paths"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        own, cycles = context.scene.headwater, cycles_of(context.scene)
+        source = cycles or own
+        column = split(self.layout)
+        for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"):
+            column.prop(source, name)
+        column.prop(source, "transparent_max_bounces" if cycles else "transparent_bounces", text="Transparent")
+        column.prop(source, "min_light_bounces" if cycles else "min_bounces")
+
+
+class HEADWATER_RENDER_PT_clamping(_RenderPanel, bpy.types.Panel):
+    bl_label = "Clamping"
+    bl_parent_id = "HEADWATER_RENDER_PT_light_paths"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        own, cycles = context.scene.headwater, cycles_of(context.scene)
+        column = split(self.layout)
+        column.prop(cycles or own, "sample_clamp_direct" if cycles else "clamp_direct", text="Direct Light")
+        column.prop(cycles or own, "sample_clamp_indirect" if cycles else "clamp_indirect", text="Indirect Light")
+
+
+class HEADWATER_RENDER_PT_caustics(_RenderPanel, bpy.types.Panel):
+    bl_label = "Caustics"
+    bl_parent_id = "HEADWATER_RENDER_PT_light_paths"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        own, cycles = context.scene.headwater, cycles_of(context.scene)
+        column = split(self.layout)
+        column.prop(cycles or own, "blur_glossy" if cycles else "filter_glossy")
+        column.prop(cycles or own, "caustics_reflective", text="Reflective")
+        column.prop(cycles or own, "caustics_refractive", text="Refractive")
+
+
+class HEADWATER_RENDER_PT_film(_RenderPanel, bpy.types.Panel):
+    bl_label = "Film"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        own, cycles = context.scene.headwater, cycles_of(context.scene)
+        source = cycles or own
+        column = split(self.layout)
+        column.prop(source, "film_exposure" if cycles else "exposure")
+        column.prop(context.scene.render, "film_transparent")
+        glass = column.column()
+        glass.active = context.scene.render.film_transparent
+        glass.prop(source, "film_transparent_glass" if cycles else "transparent_glass")
+        kind = "pixel_filter_type" if cycles else "filter_type"
+        column.prop(source, kind, text="Pixel Filter")
+        if getattr(source, kind) != "BOX":
+            column.prop(source, "filter_width", text="Width")
+
+
+class HEADWATER_RENDER_PT_performance(_RenderPanel, bpy.types.Panel):
+    bl_label = "Performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        render, own = context.scene.render, context.scene.headwater
+        column = split(self.layout)
+        column.prop(own, "tracer")
+        column.prop(own, "device", text="Device Override")
+        column.prop(render, "threads_mode", text="Threads")
+        threads = column.column()
+        threads.enabled = render.threads_mode == "FIXED"
+        threads.prop(render, "threads", text="Count")
+        column.prop(render, "use_persistent_data", text="Persistent Data")
+
+
+_classes = (
+    HEADWATER_PT_sampling_presets,
+    HEADWATER_RENDER_PT_sampling,
+    HEADWATER_RENDER_PT_sampling_advanced,
+    HEADWATER_RENDER_PT_light_paths,
+    HEADWATER_RENDER_PT_clamping,
+    HEADWATER_RENDER_PT_caustics,
+    HEADWATER_RENDER_PT_film,
+    HEADWATER_RENDER_PT_performance,
+)
+register, unregister = bpy.utils.register_classes_factory(_classes)
