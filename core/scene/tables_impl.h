@@ -35,6 +35,7 @@ struct Tables::GroupSlot {
   std::uint32_t mask = 0;
   bool emitting_slots = false;      // some of its materials may emit
   bool emissive = false;            // ... and it has triangles to emit from
+  std::uint32_t light_triangles = 0;  // of one instance, as the light table was laid out
   bool written = false;             // by the update that is under way
   double low[3], high[3];           // world bounds of what can be hit; low > high for nothing
 };

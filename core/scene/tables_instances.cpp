@@ -151,7 +151,10 @@ void Tables::update_instances(TableCounts& counts) {
   for (auto& [id, slot] : groups_) {
     totals_.triangles += slot.group->matrices.size() * slot.mesh->summary.triangle_count;
     if (!layout && slot.group->revision < seen_ && !slot.mesh_slot->changed) continue;
-    slot.emissive = slot.emitting_slots && slot.mesh->summary.triangle_count > 0;
+    const std::uint32_t light_triangles = slot.emitting_slots ? slot.mesh->summary.triangle_count : 0;
+    if (light_triangles != slot.light_triangles) lights_layout_dirty_ = true;
+    slot.light_triangles = light_triangles;
+    slot.emissive = light_triangles > 0;
     write_group(slot);
     counts.instances_uploaded += slot.group->matrices.size();
   }

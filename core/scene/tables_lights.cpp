@@ -144,8 +144,9 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     if (lights_layout_dirty_) {
       state.table = build_light_table(input);
       count = state.table.lights.size();
-    } else if (update_light_table(state.table, input, moved)) {
-      count = state.table.lights.size();
+    } else {
+      update_light_table(state.table, input, moved);
+      if (!moved.empty()) count = state.table.lights.size();
     }
     light_table_.resize(state.table.lights.size());
     if (count > 0) std::copy_n(state.table.lights.begin(), count, light_table_.edit(0, count));

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the Python module headwater._core.
+#pragma once
+
+#include <string>
+
+#include <nanobind/nanobind.h>
+
+namespace hw::python {
+
+namespace nb = nanobind;
+
+void bind_errors(nb::module_& m);     // SceneError, DeviceError and its kinds
+void bind_constants(nb::module_& m);  // flags, material_ops
+void bind_scene(nb::module_& m);
+void bind_session(nb::module_& m);    // Context, Session, devices()
+
+}  // namespace hw::python
