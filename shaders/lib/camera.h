@@ -35,8 +35,8 @@ HW_FN vec2 camera_aperture(CameraRecord c, vec2 u) {
 }
 
 // The ray of a picture position. raster01: (0, 0) bottom left to (1, 1) top right of the full frame. lens_u: uniform.
-// World space; direction is of unit length, [tmin, tmax] lies between the clip planes (Cycles: planes across the viewing
-// direction, spheres for panoramas).
+// World space; direction is of unit length, [tmin, tmax] lies between the clip planes across the viewing direction (spheres
+// for panoramas). With depth of field the planes hold for the centre of the aperture only, as in Cycles.
 HW_FN void camera_ray(CameraRecord c, vec2 raster01, vec2 lens_u, HW_OUT(vec3) origin, HW_OUT(vec3) direction,
                       HW_OUT(float) tmin, HW_OUT(float) tmax) {
   vec2 plane = vec2(mix(c.left, c.right, raster01.x), mix(c.bottom, c.top, raster01.y));
@@ -52,11 +52,28 @@ HW_FN void camera_ray(CameraRecord c, vec2 raster01, vec2 lens_u, HW_OUT(vec3) o
   vec3 sphere = equirect_to_direction(raster01);
   towards = panoramic ? vec3(-sphere.y, sphere.z, -sphere.x) : towards;
   vec3 d = normalize(towards);
-  float per_depth = panoramic ? 1.0f : 1.0f / max(-d.z, 1e-6f);
+  // Ray length per depth: the pinhole ray's for every point of the aperture; orthographic rays keep the depth's length.
+  float per_depth = panoramic ? 1.0f : (orthographic ? 1.0f / max(-d.z, 1e-6f) : sqrt(1.0f + dot(plane, plane)));
   origin = camera_to_world_direction(c, panoramic ? vec3(0.0f) : start) + camera_position(c);
   direction = normalize(camera_to_world_direction(c, d));
   tmin = c.clip_start * per_depth;
-  tmax = c.clip_end * per_depth;
+  tmax = tmin + (c.clip_end - c.clip_start) * (orthographic ? 1.0f : per_depth);
+}
+
+// Depth pass of a world point: distance along the viewing direction; for panoramas distance from the camera.
+HW_FN float camera_depth(CameraRecord c, vec3 P) {
+  vec3 d = P - camera_position(c);
+  float along = -dot(vec3(c.camera_to_world[2], c.camera_to_world[6], c.camera_to_world[10]), d);
+  return c.type == HW_CAMERA_PANORAMIC ? length(d) : along;
+}
+HW_CONST float HW_DEPTH_MISS = 1e10f;  // Cycles' depth where nothing was hit
+
+// Mist pass of a world point, 0..1; 1 where nothing was hit. By distance from the camera (orthographic: along the
+// viewing direction). falloff: 2 quadratic, 1 linear, 0.5 inverse quadratic, as Blender's world settings.
+HW_FN float camera_mist(CameraRecord c, vec3 P, float start, float depth, float falloff) {
+  float d = c.type == HW_CAMERA_ORTHOGRAPHIC ? camera_depth(c, P) : length(P - camera_position(c));
+  float f = clamp((d - start) / max(depth, 1e-6f), 0.0f, 1.0f);
+  return f > 0.0f ? pow(f, falloff) : 0.0f;
 }
 
 // Projection of a camera-space point (looking along -z) to raster01.
