@@ -40,6 +40,9 @@ struct Tables::GroupSlot {
   double low[3], high[3];           // world bounds of what can be hit; low > high for nothing
 };
 
+// What instances without a material show: Root::materials[0].
+MaterialData default_material();
+
 // An instance's matrix as it is traced and shaded, and its inverse. A matrix that flattens one axis (scale 0 in Z, say) is
 // given a thickness of 1e-4 of its other scales along that axis: rays then meet the flattened object where it lies. One
 // that flattens two axes or three has no picture: `visible` is false and `inverse` zero.

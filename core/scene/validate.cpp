@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "materials/program_check.h"
+
 namespace hw {
 namespace {
 
@@ -151,6 +153,7 @@ std::size_t texel_bytes(std::uint32_t format) {
 
 MeshSummary check_mesh(Id id, MeshData& mesh) {
   const std::string label = scene_label("mesh", mesh.name, id);
+  if (id == ~Id{0}) fail(label, "this id is reserved");
   if (mesh.positions.size() % 3 != 0) fail(label, "positions are not three numbers a vertex");
   if (mesh.tri_vertices.size() % 3 != 0) fail(label, "tri_vertices are not three indices a triangle");
   const std::size_t vertices = mesh.positions.size() / 3, triangles = mesh.tri_vertices.size() / 3;
@@ -226,6 +229,9 @@ void check_material(Id id, const MaterialData& material) {
   require_finite(label, material.emission.data(), 3, "emission");
   if (material.constants.size() % 4 != 0) fail(label, "constants are not four numbers each");
   if (material.program.size() > kMaxElements || material.constants.size() > kMaxElements) fail(label, "the program is too large");
+  const std::string wrong = check_program({material.program.data(), material.program.size(), material.constants.data(),
+                                           material.constants.size() / 4, material.images.size()});
+  if (!wrong.empty()) fail(label, "its program can't be used: " + wrong);
 }
 
 void check_image(Id id, const ImageData& image) {
