@@ -14,7 +14,7 @@
 
 #include "film/film.h"
 #include "integrators/integrator.h"
-#include "materials/luts.h"
+#include "lib/luts.h"
 #include "scene/tables.h"
 #include "session/render_loop.h"
 #include "session/stats.h"
@@ -29,7 +29,7 @@ std::shared_ptr<Context> make_context(const std::string& device, const std::stri
   context->device = std::make_unique<Device>(device, validation);
   context->tracer = make_tracer(*context->device, tracer, threads);
   context->kernels = std::make_unique<KernelCache>(*context->device);
-  context->luts = context->device->upload(std::as_bytes(std::span(albedo_luts())), "albedo tables");
+  context->luts = context->device->upload(std::as_bytes(std::span(albedo_luts(), HW_LUT_COUNT)), "albedo tables");
   return context;
 }
 
@@ -154,6 +154,9 @@ void Session::start(const RenderSettings& asked) {
   RenderSettings s = asked;
   if (s.region == std::array<std::uint32_t, 4>{0, 0, 0, 0}) s.region = {0, 0, s.width, s.height};
   check(s);
+  const CameraRecord& camera = d.tables.root().camera;
+  if (!(camera.right > camera.left && camera.top > camera.bottom))
+    throw std::invalid_argument("the scene has no camera: set one and sync before rendering");
   const FilmLayout layout = film_layout(s.passes);
   const auto names = integrator_names();
   if (std::find(names.begin(), names.end(), s.integrator) == names.end()) {
