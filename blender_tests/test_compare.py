@@ -23,7 +23,11 @@ def headwater(*arguments):
     """Runs the command in a process of its own."""
     environment = dict(os.environ, PYTHONPATH=ROOT)
     return subprocess.run(
-        [sys.executable, "-m", "headwater", *map(str, arguments)], capture_output=True, text=True, env=environment, timeout=120
+        [sys.executable, "-m", "headwater", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=120,
     )
 
 
@@ -140,7 +144,7 @@ def test_command_prints_json_and_writes_a_heat_map(tmp_path):
 
 def test_command_tiles_from_several_runs(tmp_path):
     rng = np.random.default_rng(3)
-    sides = {"a": 0.0, "b": 0.0, "c": 0.1}
+    sides = {"a": 0.0, "b": 0.0, "c": 0.5}
     for side, offset in sides.items():
         for run in range(4):
             save(tmp_path / f"{side}{run}.exr", rng.normal(1 + offset, 0.1, (16, 16, 4)).astype(np.float32))

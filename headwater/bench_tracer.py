@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`headwater bench-tracer`: rays per second of a Tracer beside a plain loop on the same rays and threads, in one run."""
+"""`headwater bench-tracer`: rays a second of a Tracer beside a plain loop, same rays and threads, in one run."""
 
 import json
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The `headwater` command: render, compare, info, bench-tracer.
 
-Exit status: 0 done, 1 the work failed, 2 the request is wrong, 130 stopped by Ctrl-C. User errors are one line on stderr;
-HEADWATER_DEBUG=1 shows where they came from.
+Exit status: 0 done, 1 the work failed, 2 the request is wrong, 130 stopped by Ctrl-C. User errors are one line on
+stderr; HEADWATER_DEBUG=1 shows where they came from.
 """
 
 import argparse

@@ -22,11 +22,15 @@ _SIGNED = np.array([(10, 30, 140), (70, 130, 220), (245, 245, 245), (225, 90, 70
 
 def add_arguments(parser) -> None:
     """Options of the subcommand."""
-    parser.add_argument("test", nargs="+", metavar="IMAGE", help="A B: test A against reference B; or the test side's runs")
+    parser.add_argument(
+        "test", nargs="+", metavar="IMAGE", help="A B: test A against reference B; or the test side's runs"
+    )
     parser.add_argument("--against", nargs="+", metavar="IMAGE", help="the reference side's runs")
     parser.add_argument("--layer", help="view layer, or a layer's full name (default: the only one)")
     parser.add_argument("--pass", dest="pass_name", help="pass, by Cycles' name (default: Combined)")
-    parser.add_argument("--tiles", type=int, metavar="N", help="per-tile z-test on an N x N grid, from independent runs")
+    parser.add_argument(
+        "--tiles", type=int, metavar="N", help="per-tile z-test on an N x N grid, from independent runs"
+    )
     parser.add_argument("--heatmap", metavar="OUT.png", help="write the error as a false-colour picture")
     parser.add_argument("--heatmap-metric", choices=("relative", "signed", "flip"), default="relative")
     parser.add_argument("--max-relmse", type=float, metavar="X", help="fail (exit 1) when trimmed relMSE is above X")
@@ -34,7 +38,7 @@ def add_arguments(parser) -> None:
 
 
 def load_colour(path: str, layer=None, pass_name=None) -> np.ndarray:
-    """Colour channels (H, W, C) float32, linear, top row first, of an EXR's layer, or of a PNG, JPEG or .hdr picture."""
+    """Colour channels (H, W, C) float32, linear, top row first, of an EXR's layer, a PNG, a JPEG or a .hdr picture."""
     if os.path.isfile(path) and not _is_exr(path):
         if layer is not None or pass_name is not None:
             raise UserError(f"'{path}' is not an EXR file: it has no layers", EXIT_USAGE)
@@ -61,11 +65,13 @@ def run(args) -> int:
     tests, references = args.test, args.against
     if references is None:
         if len(tests) != 2:
-            raise UserError("compare takes two images, or several runs a side: compare A1 A2 … --against B1 B2 …", EXIT_USAGE)
+            raise UserError(
+                "compare takes two images, or several runs a side: compare A1 A2 … --against B1 B2 …", EXIT_USAGE
+            )
         tests, references = tests[:1], tests[1:]
     if args.tiles is not None and (args.tiles < 1 or len(tests) + len(references) < 3):
         raise UserError(
-            "--tiles needs a positive grid size and several independent runs: compare A1 A2 … --against B1 B2 … --tiles 16",
+            "--tiles needs a positive grid size and several runs: compare A1 A2 … --against B1 B2 … --tiles 16",
             EXIT_USAGE,
         )
     if args.max_z is not None and args.tiles is None:

@@ -2,8 +2,8 @@
 """Render results on disk: multilayer OpenEXR in and out, PNG out.
 
 EXR layers are named as Blender names them, "<view layer>.<pass>.<channel>", in one part, so that compositors and
-`compare` find Cycles' names. Arrays in memory are float32 (H, W, C), scene-linear Rec. 709, with the top row first unless
-a function says otherwise. Which libraries are used, and why: docs/decisions/0002-image-io.md.
+`compare` find Cycles' names. Arrays in memory are float32 (H, W, C), scene-linear Rec. 709, with the top row first
+unless a function says otherwise. Which libraries are used, and why: docs/decisions/0002-image-io.md.
 """
 
 import os
@@ -15,6 +15,7 @@ import numpy as np
 
 from headwater.errors import UserError, first_line
 from headwater.output import atomic_path
+from headwater.quiet import captured_output
 
 MAX_PIXELS = 1 << 29  # a size no render has: a corrupt header must not make us allocate the machine's memory
 HALF_MAX = 65504.0
@@ -82,7 +83,11 @@ def read_exr(path: str) -> ExrFile:
             width, height = (int(upper[i]) - int(lower[i]) + 1 for i in (0, 1))
             if width < 1 or height < 1 or width * height > MAX_PIXELS:
                 raise UserError(f"'{path}': bad size {width} x {height}")
-        parts = openexr.File(path, separate_channels=True).parts
+        with captured_output() as captured:  # the library tells of broken chunks on stderr and goes on
+            parts = openexr.File(path, separate_channels=True).parts
+            complaint = captured()
+        if "EXR_ERR" in complaint:
+            raise UserError(f"'{path}' is damaged or truncated: {complaint.split(') ', 1)[-1].strip()}")
     except UserError:
         raise
     except Exception as error:  # the binding throws RuntimeError, ValueError, MemoryError and its own types

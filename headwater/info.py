@@ -70,7 +70,8 @@ def format_report(report: dict) -> str:
         features = [name.replace("_", " ") for name in ("ray_query", "ray_pipeline") if device.get(name)]
         memory = device.get("memory", 0) / 2**30
         lines.append(
-            f"  [{index}] {device['name']} ({device['kind']}, Vulkan {device['api']}, {device['driver']}, {memory:.1f} GiB"
+            f"  [{index}] {device['name']} ({device['kind']}, Vulkan {device['api']}, {device['driver']}, "
+            f"{memory:.1f} GiB"
             f"{', ' + ', '.join(features) if features else ''})"
         )
         if not device["usable"]:

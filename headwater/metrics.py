@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Image error metrics of a test image against a reference. Definitions: docs/manual/compare.md.
 
-Images are float arrays of shape (H, W, C), scene-linear, the same row order on both sides. Pixels that are not finite in
-both images are left out of every mean and counted on their own. Sums are in double precision.
+Images are float arrays of shape (H, W, C), scene-linear, the same row order on both sides. Pixels that are not finite
+in both images are left out of every mean and counted on their own. Sums are in double precision.
 
 relMSE follows the usual form of Rousselle, Knaus, Zwicker 2011 (adaptive sampling), FLIP is NVIDIA's reference
 implementation: Andersson et al. 2020 for display images, 2021 for high dynamic range.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where results go: output patterns with frame numbers, the check before rendering, and writes that are all or nothing."""
+"""Where results go: names with frame numbers, the check before rendering, writes that are all or nothing."""
 
 import os
 import re

@@ -24,6 +24,18 @@ class Progress:
         self._shown = now
         self._draw(format_progress(label, progress, bar=self._terminal))
 
+    def update_text(self, label: str, part: float, text: str) -> None:
+        """A line for a renderer that tells a part done (0..1) and a text of its own."""
+        now = time.monotonic()
+        if self._quiet or not text or now - self._shown < self._every:
+            return
+        self._shown = now
+        self._draw("  ".join([label, *([draw_bar(part)] if self._terminal else []), text]))
+
+    def redirect(self, stream) -> None:
+        """Shows everything on another stream from now on."""
+        self._stream = stream
+
     def note(self, text: str) -> None:
         """A line that stays: a frame's end, a warning."""
         if not self._quiet:
@@ -56,8 +68,7 @@ def format_progress(label: str, progress: dict, bar: bool = False) -> str:
     part = sample / samples if samples else 0.0
     pieces = [label]
     if bar and samples:
-        filled = int(24 * part + 0.5)
-        pieces.append("█" * filled + "░" * (24 - filled))
+        pieces.append(draw_bar(part))
     if samples:
         pieces.append(f"sample {sample}/{samples}")
     if progress.get("stage") and not sample:
@@ -70,6 +81,12 @@ def format_progress(label: str, progress: dict, bar: bool = False) -> str:
     if progress.get("remaining", -1) is not None and progress.get("remaining", -1) >= 0 and samples:
         pieces.append(f"{format_seconds(progress['remaining'])} left")
     return "  ".join(pieces)
+
+
+def draw_bar(part: float, width: int = 24) -> str:
+    """A bar of which `part` (0..1) is filled."""
+    filled = int(width * min(max(part, 0.0), 1.0) + 0.5)
+    return "█" * filled + "░" * (width - filled)
 
 
 def format_seconds(seconds: float) -> str:

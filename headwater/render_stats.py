@@ -10,6 +10,7 @@ from headwater import __version__
 from headwater.output import write_text
 
 SCHEMA = 1
+SYNC_PARTS = ("scene", "commit", "upload", "lights")  # everything before rendering but the build
 
 
 def peak_rss_bytes() -> int:
@@ -41,16 +42,16 @@ class RenderStats:
         """Top-level entries: device, tracer, threads, load_seconds, engine, versions …"""
         self._report.update(values)
 
-    def add_frame(self, frame: int, output: str | None, *, sync: dict, render: dict, seconds: float, cancelled=False) -> None:
-        """`sync`: what Session.sync() returned plus the caller's own parts; `render`: what Session.stats() returned."""
+    def add_frame(self, frame, output: str, layers: list, seconds: float, *, cancelled: bool = False) -> None:
+        """`layers`: one {"view_layer", "sync", "render"} each; `render` is what Session.stats() returned, `sync` what
+        Session.sync() returned with the caller's `scene_seconds` (reading the file's scene into edits) added."""
         self._report["frames"].append(
             {
                 "frame": frame,
                 "output": output,
                 "seconds": seconds,
                 "cancelled": cancelled,
-                "sync": sync,
-                "render": render,
+                "layers": layers,
                 "peak_rss_bytes": peak_rss_bytes(),
             }
         )
@@ -58,23 +59,25 @@ class RenderStats:
     def report(self, status: str) -> dict:
         """The whole report. status: "done", "cancelled" or "failed"."""
         frames = self._report["frames"]
-        rays = sum(_number(f["render"], "rays") for f in frames)
-        render_seconds = sum(_number(f["render"], "seconds") for f in frames)
+        layers = [layer for frame in frames for layer in frame["layers"]]
         stages = {}
-        for frame in frames:
-            for name, seconds in stage_seconds(frame["render"]).items():
+        for layer in layers:
+            for name, seconds in (layer["render"].get("stages") or {}).items():
                 stages[name] = stages.get(name, 0.0) + seconds
+        rays, render_seconds = _total(layers, "render", "rays"), _total(layers, "render", "seconds")
         totals = {
             "frames": len(frames),
             "wall_seconds": time.perf_counter() - self._start,
-            "sync_seconds": sum(_number(f["sync"], "sync_seconds") for f in frames),
-            "build_seconds": sum(_number(f["sync"], "build_seconds") for f in frames),
+            "sync_seconds": sum(_total(layers, "sync", f"{part}_seconds") for part in SYNC_PARTS),
+            "build_seconds": _total(layers, "sync", "build_seconds"),
             "render_seconds": render_seconds,
             "rays": int(rays),
             "mrays_per_second": rays / render_seconds / 1e6 if render_seconds > 0 else 0.0,
             "stage_seconds": stages,
             "peak_rss_bytes": peak_rss_bytes(),
-            "peak_device_bytes": max((int(_number(f["render"], "peak_memory")) for f in frames), default=0),
+            "peak_device_bytes": max(
+                (layer["render"].get("memory", {}).get("device_peak_bytes", 0) for layer in layers), default=0
+            ),
         }
         return self._report | {"status": status, "totals": totals}
 
@@ -83,14 +86,5 @@ class RenderStats:
         write_text(path, json.dumps(self.report(status), indent=2, default=str) + "\n")
 
 
-def stage_seconds(render: dict) -> dict:
-    """Seconds by stage out of Session.stats(), whose entries are {name: seconds} or [{name, seconds, calls}]."""
-    stages = render.get("stages") or {}
-    if isinstance(stages, dict):
-        return {n: float(s["seconds"] if isinstance(s, dict) else s) for n, s in stages.items()}
-    return {stage["name"]: float(stage["seconds"]) for stage in stages}
-
-
-def _number(record, key) -> float:
-    value = record.get(key, 0) if isinstance(record, dict) else 0
-    return value if isinstance(value, (int, float)) else 0
+def _total(layers, record, key) -> float:
+    return sum(layer[record].get(key, 0) for layer in layers)

@@ -4,7 +4,6 @@
 Files are untrusted: sizes are checked before pixels are read, and every failure is a UserError naming the file.
 """
 
-import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -124,7 +123,9 @@ def _radiance_scanlines(data, position, width, height, path):
     raw = np.frombuffer(data, np.uint8)
     try:
         for y in range(height):
-            new_coding = 8 <= width < 32768 and data[position] == 2 and data[position + 1] == 2 and data[position + 2] < 128
+            new_coding = (
+                8 <= width < 32768 and data[position] == 2 and data[position + 1] == 2 and data[position + 2] < 128
+            )
             if new_coding:
                 if (data[position + 2] << 8 | data[position + 3]) != width:
                     raise ValueError("a scanline's length is wrong")

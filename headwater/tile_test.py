@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Per-tile test of whether two sets of independent renders have the same expectation.
 
-For each tile and channel the tile means of the runs are compared by Welch's t-test (Welch 1947, unequal variances, with
-Satterthwaite's degrees of freedom). p-values are put on the scale of a standard normal, so that "|z| < 4" means the same
-with 4 runs and with 400, and the family of all tiles is judged by Šidák's correction. The use of such a test as a gate
-for renderers follows Subr and Arvo 2007 and Mitsuba 3's tests.
+For each tile and channel the tile means of the runs are compared by Welch's t-test (Welch 1947: unequal variances,
+Satterthwaite's degrees of freedom). p-values are put on the scale of a standard normal, so that "|z| < 4" means the
+same with 4 runs and with 400, and the family of all tiles is judged by Šidák's correction. The use of such a test as a
+gate for renderers follows Subr and Arvo 2007 and Mitsuba 3's tests.
 """
 
 import math

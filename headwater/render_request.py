@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `headwater render` was asked for, after parsing: the same for .blend and USD."""
+
+from dataclasses import asdict, dataclass
+
+from headwater.errors import EXIT_USAGE, UserError
+from headwater.output import check_output, frame_path
+
+# option --NAME-bounces, the core's setting, Cycles' property
+BOUNCES = (
+    ("max", "max_bounces", "max_bounces"),
+    ("diffuse", "diffuse_bounces", "diffuse_bounces"),
+    ("glossy", "glossy_bounces", "glossy_bounces"),
+    ("transmission", "transmission_bounces", "transmission_bounces"),
+    ("transparent", "transparent_bounces", "transparent_max_bounces"),
+)
+
+
+@dataclass
+class Request:
+    """None where nothing was asked for, so that the file decides."""
+
+    file: str
+    output: str
+    exr_depth: str
+    passes: list | None
+    size: tuple | None
+    region: tuple | None
+    camera: str | None
+    frames: range | None
+    samples: int | None
+    time_limit: float | None
+    seed: int | None
+    integrator: str | None
+    estimator: str | None
+    lights: str | None
+    bounces: dict  # the core's setting -> limit, only those given
+    no_clamp: bool
+    device: str
+    tracer: str
+    threads: int
+    engine: str
+    autoexec: bool
+
+    @classmethod
+    def from_args(cls, args, output: str) -> "Request":
+        """From the parsed command line."""
+        passes = None
+        if args.passes is not None:
+            passes = list(dict.fromkeys(name.strip() for name in args.passes.split(",") if name.strip()))
+            if not passes:
+                raise UserError("--passes names no pass", EXIT_USAGE)
+        bounces = {
+            setting: getattr(args, f"{name}_bounces")
+            for name, setting, _ in BOUNCES
+            if getattr(args, f"{name}_bounces") is not None
+        }
+        names = (
+            "file",
+            "exr_depth",
+            "size",
+            "region",
+            "camera",
+            "frames",
+            "samples",
+            "time_limit",
+            "seed",
+            "integrator",
+        )
+        names += ("estimator", "lights", "no_clamp", "device", "tracer", "threads", "engine", "autoexec")
+        return cls(output=output, passes=passes, bounces=bounces, **{name: getattr(args, name) for name in names})
+
+    @property
+    def is_png(self) -> bool:
+        """Whether the output is a display picture rather than an EXR."""
+        return self.output.lower().endswith(".png")
+
+    def frame_output(self, frame: int) -> str:
+        """Path of a frame's picture, checked again to be writable."""
+        return check_output(frame_path(self.output, frame, animated=self.frames is not None))
+
+    def check_region(self, width: int, height: int):
+        """The region in a picture of this size, or None. Raises UserError when it reaches outside."""
+        if self.region is None:
+            return None
+        if self.region[2] > width or self.region[3] > height:
+            raise UserError(f"--region {','.join(map(str, self.region))} reaches outside {width}x{height}", EXIT_USAGE)
+        return self.region
+
+    def as_dict(self) -> dict:
+        """JSON-ready."""
+        values = asdict(self) | {"frames": str(self.frames)}
+        if self.frames is not None:
+            values["frames"] = [self.frames[0], self.frames[-1], self.frames.step]
+        else:
+            values["frames"] = None
+        return values

@@ -1,0 +1,337 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A USD stage at a time as edits of a core scene. Only what differs from the last time is sent.
+
+The scene is the core's `Scene` (docs/architecture.md) or anything with its methods. Prims are untrusted: what can't be
+rendered is left out with one warning that names it, and the rest goes on.
+"""
+
+import time as clock
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from headwater.errors import UserError, first_line
+from headwater.usd_scene import camera as cameras
+from headwater.usd_scene import light as lights
+from headwater.usd_scene.ids import path_id, random_id
+from headwater.usd_scene.instances import expand_instancer
+from headwater.usd_scene.material import Materials
+from headwater.usd_scene.mesh import MeshError, read_mesh
+from headwater.usd_scene.report import Report
+from headwater.usd_scene.shapes import is_shape, shape_mesh, shape_varies
+from headwater.usd_scene.skinning import Skeletons
+from headwater.usd_scene.stage import matrix_to_numpy
+
+PURPOSES = ("default", "render")
+
+
+@dataclass
+class _KnownMesh:
+    """A mesh that the scene has."""
+
+    id: int
+    varies: bool  # may change over time
+    subsets: list = field(default_factory=list)  # paths of the subsets with a material, in slot order from 1
+    has_color: bool = False  # has displayColor
+    placed: np.ndarray | None = None  # skinned: the transform to stage space instead of the prim's own
+    frame: object = None  # time it was last read at
+    error: bool = False
+
+
+class StageSync:
+    """Keeps `scene` equal to an OpenStage, one time code after another."""
+
+    def __init__(self, opened, scene, *, warn=None, flags=None):
+        self.opened = opened
+        self.scene = scene
+        self.report = Report(warn)
+        for text in opened.warnings:
+            self.report.once(text, text)
+        self.materials = Materials(scene, self.report, flags or {})
+        self.skeletons = Skeletons(opened.stage)
+        self._meshes = {}
+        self._sent = {"instance": {}, "light": {}}  # id -> what was sent, to send only what differs
+        self._camera = self._world = None
+
+    def sync(self, frame: float, *, aspect: float, camera: str | None = None) -> float:
+        """Makes the scene the stage at time code `frame`; returns the seconds it took.
+
+        `aspect`: the picture's width over height; `camera`: a camera's path or name.
+        """
+        from pxr import Usd, UsdGeom
+
+        start = clock.perf_counter()
+        self.time = Usd.TimeCode(frame)
+        self.xforms = UsdGeom.XformCache(self.time)
+        self._seen = {"instance": set(), "light": set()}
+        self._domes = []
+        self._visible_prims()
+        self._remove_unseen()
+        self._set_world()
+        self._set_camera(camera, aspect)
+        return clock.perf_counter() - start
+
+    # Traversal
+
+    def _visible(self, prim) -> bool:
+        """Whether this prim itself (its parents aside) is seen in a final render."""
+        from pxr import UsdGeom
+
+        imageable = UsdGeom.Imageable(prim)
+        if not imageable:
+            return True
+        if imageable.GetVisibilityAttr().Get(self.time) == UsdGeom.Tokens.invisible:
+            return False
+        purpose = imageable.GetPurposeAttr()
+        return not purpose.HasAuthoredValue() or purpose.Get() in PURPOSES
+
+    def _visible_prims(self):
+        from pxr import Usd, UsdGeom, UsdLux
+
+        prims = iter(Usd.PrimRange.Stage(self.opened.stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+        for prim in prims:
+            if not self._visible(prim):
+                prims.PruneChildren()
+            elif prim.IsA(UsdGeom.PointInstancer):
+                prims.PruneChildren()
+                self._instancer(prim)
+            elif prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1):
+                self._domes.append(prim)
+            elif prim.HasAPI(UsdLux.LightAPI) and not prim.IsA(UsdGeom.Gprim):
+                self._light(prim)
+            elif prim.IsA(UsdGeom.Gprim):
+                self._geometry(prim)
+
+    def _world_matrix(self, prim):
+        return self.opened.to_world @ matrix_to_numpy(self.xforms.GetLocalToWorldTransform(prim))
+
+    # Geometry
+
+    def _geometry(self, prim):
+        known = self._mesh(prim)
+        if known.error:
+            return
+        matrix = self._world_matrix(prim)
+        if self.skeletons.binds(prim) and known.placed is not None:
+            matrix = self.opened.to_world @ known.placed
+        identifier = path_id(prim.GetPath(), "instance")
+        materials = self._slot_materials(prim, known)
+        self._send_instance(identifier, str(prim.GetPath()), known, matrix, materials)
+
+    def _instancer(self, prim):
+        base = self._world_matrix(prim)
+        for copies in expand_instancer(prim, self.time, self.xforms, self._visible, self.report):
+            known = self._mesh(copies.prim)
+            if known.error:
+                continue
+            matrices = np.ascontiguousarray((base @ copies.matrices)[:, :3], np.float32)
+            identifier = path_id(copies.key, "copies")
+            materials = self._slot_materials(copies.prim, known)
+            self._send_copies(identifier, copies.key, known, matrices, materials)
+
+    def _mesh(self, prim) -> _KnownMesh:
+        """The scene's mesh for a geometry prim; native instances share their prototype's."""
+        source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() and not self.skeletons.binds(prim) else prim
+        path = source.GetPath()
+        known = self._meshes.get(path)
+        if known is None:
+            known = self._meshes[path] = _KnownMesh(path_id(path, "mesh"), self._varies(source))
+        elif not known.varies or known.frame == self.time:
+            return known
+        known.frame = self.time
+        known.placed = None
+        try:
+            self._send_mesh(source, prim, known)
+            known.error = False
+        except (MeshError, ValueError) as error:
+            known.error = True
+            self.report.warn(path, f"{first_line(error)}; it is left out")
+        return known
+
+    def _varies(self, prim) -> bool:
+        from pxr import UsdGeom
+
+        if self.skeletons.binds(prim):
+            return True
+        if is_shape(prim):
+            return shape_varies(prim)
+        mesh = UsdGeom.Mesh(prim)
+        if not mesh:
+            return False
+        attributes = [
+            mesh.GetPointsAttr(),
+            mesh.GetFaceVertexCountsAttr(),
+            mesh.GetFaceVertexIndicesAttr(),
+            mesh.GetNormalsAttr(),
+        ]
+        attributes += [p.GetAttr() for p in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()]
+        return any(attribute.ValueMightBeTimeVarying() for attribute in attributes)
+
+    def _send_mesh(self, source, prim, known):
+        from pxr import UsdGeom
+
+        subsets = []
+        if is_shape(source):
+            mesh = shape_mesh(source, self.time)
+        elif source.IsA(UsdGeom.Mesh):
+            points = None
+            if self.skeletons.binds(prim):
+                skinned = self.skeletons.deform(prim, self.time, self.xforms)
+                points, known.placed = skinned.points, skinned.matrix
+            subsets = self.materials.subsets(source, self.time)
+            mesh = read_mesh(source, self.time, points, [faces for _, faces in subsets], self.report)
+        else:
+            raise MeshError(f"geometry of type {source.GetTypeName()} is not supported")
+        known.subsets = [subset.GetPath() for subset, _ in subsets]
+        known.has_color = any(name == "displayColor" for name, _, _ in mesh.attributes)
+        self.scene.upsert_mesh(
+            known.id,
+            str(source.GetPath()),
+            mesh.positions,
+            mesh.tri_vertices,
+            tri_corners=mesh.tri_corners,
+            normals=mesh.normals,
+            tri_slots=mesh.tri_slots,
+            attributes=mesh.attributes,
+            default_uv=mesh.default_uv,
+        )
+
+    def _slot_materials(self, prim, known) -> list:
+        """Material ids of slot 0 (the mesh's own) and of each subset."""
+        bound = [self.materials.bound(prim, self.time, known.has_color)]
+        for path in known.subsets:
+            subset = prim.GetChild(path.name)
+            bound.append(self.materials.bound(subset, self.time, known.has_color) if subset else bound[0])
+        return bound
+
+    def _send_instance(self, identifier, name, known, matrix, materials):
+        if not np.isfinite(matrix).all():
+            self.report.warn(name, "its transform is not finite; it is left out")
+            return
+        matrix = np.ascontiguousarray(matrix[:3], np.float32)
+        self._send(
+            "instance",
+            identifier,
+            (known.id, matrix.tobytes(), tuple(materials), 1),
+            lambda: self.scene.upsert_instance(
+                identifier, known.id, matrix, name=name, materials=materials, random_id=random_id(name), moves=True
+            ),
+            name,
+        )
+
+    def _send_copies(self, identifier, name, known, matrices, materials):
+        previous = self._sent["instance"].get(identifier)
+        if previous is not None and previous[3] != len(matrices):
+            self.scene.remove_instances(identifier, previous[3])
+            del self._sent["instance"][identifier]
+        numbers = (np.arange(len(matrices), dtype=np.uint64) * 2654435761 + random_id(name)).astype(np.uint32)
+        self._send(
+            "instance",
+            identifier,
+            (known.id, hash(matrices.tobytes()), tuple(materials), len(matrices)),
+            lambda: self.scene.upsert_instances(
+                identifier, known.id, matrices, random_ids=numbers, name=name, materials=materials, moves=True
+            ),
+            name,
+        )
+
+    # Lights, world, camera
+
+    def _light(self, prim):
+        from pxr import UsdLux
+
+        name = str(prim.GetPath())
+        if prim.IsA(UsdLux.PortalLight):
+            return  # a hint for sampling; it gives no light of its own
+        matrix = self._world_matrix(prim)
+        if prim.IsA(UsdLux.CylinderLight):
+            self._tube(prim, matrix)
+            return
+        lamp = lights.lamp(prim, self.time, matrix, self.opened.meters_per_unit, self.report)
+        if lamp is None:
+            if not any(
+                prim.IsA(k) for k in (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.DistantLight)
+            ):
+                self.report.warn(name, f"lights of type {prim.GetTypeName()} are not supported; it is left out")
+            return
+        identifier = path_id(name, "light")
+        matrix = np.ascontiguousarray(lamp.matrix, np.float32)
+        self._send(
+            "light",
+            identifier,
+            (lamp.kind, matrix.tobytes(), lamp.color, lamp.power, tuple(sorted(lamp.options.items()))),
+            lambda: self.scene.upsert_light(
+                identifier, name, lamp.kind, matrix, color=lamp.color, power=lamp.power, **lamp.options
+            ),
+            name,
+        )
+
+    def _tube(self, prim, matrix):
+        """A cylinder light, as an emissive mesh."""
+        from pxr import UsdLux
+
+        light = UsdLux.CylinderLight(prim)
+        radiance = lights.tube_radiance(light, self.time, matrix, self.opened.meters_per_unit, self.report)
+        positions, triangles = lights.tube(light, self.time)
+        if not radiance.any() or not np.isfinite(positions).all():
+            return
+        known = _KnownMesh(path_id(prim.GetPath(), "mesh"), True)
+        if self._sent.setdefault("tube", {}).get(known.id) != positions.tobytes():
+            self.scene.upsert_mesh(known.id, str(prim.GetPath()), positions, triangles)
+            self._sent["tube"][known.id] = positions.tobytes()
+        material = self.materials.emission(str(prim.GetPath()), radiance)
+        self._send_instance(path_id(prim.GetPath(), "instance"), str(prim.GetPath()), known, matrix, [material])
+
+    def _set_world(self):
+        world = self.materials.world(self._domes, self.time, self._world_matrix)
+        if world != self._world:
+            self.scene.set_world("world", world[0], material=world[1])
+            self._world = world
+
+    def _set_camera(self, name, aspect):
+        prim = cameras.find_camera(self.opened.stage, name)
+        if prim is None:
+            arguments = cameras.frame_all_arguments(self._bounds(), aspect)
+            self.report.once("camera", "the stage has no camera; one that sees everything is used")
+        else:
+            arguments = cameras.camera_arguments(prim, self.time, self.opened, aspect, self.report)
+        kind, matrix, plane = (arguments.pop(key) for key in ("kind", "matrix", "plane"))
+        self.scene.set_camera(kind, np.ascontiguousarray(matrix, np.float32), plane, **arguments)
+
+    def _bounds(self):
+        from pxr import UsdGeom
+
+        box = UsdGeom.BBoxCache(self.time, list(PURPOSES)).ComputeWorldBound(self.opened.stage.GetPseudoRoot())
+        box = box.ComputeAlignedRange()
+        if box.IsEmpty():
+            return np.array([[-1.0, -1, -1], [1, 1, 1]])
+        corners = np.array([[*box.GetCorner(i), 1.0] for i in range(8)]) @ self.opened.to_world.T
+        if not np.isfinite(corners).all():
+            raise UserError("the stage has no camera and no finite bounds; give a camera")
+        return np.stack([corners[:, :3].min(axis=0), corners[:, :3].max(axis=0)])
+
+    # Sending
+
+    def _send(self, kind, identifier, content, action, name):
+        """Runs `action` when `content` differs from what was sent last under this id."""
+        self._seen[kind].add(identifier)
+        if self._sent[kind].get(identifier) == content:
+            return
+        try:
+            action()
+        except ValueError as error:  # the core's SceneError
+            self._seen[kind].discard(identifier)
+            self.report.warn(name, f"{first_line(error)}; it is left out")
+            return
+        self._sent[kind][identifier] = content
+
+    def _remove_unseen(self):
+        for identifier in self._sent["instance"].keys() - self._seen["instance"]:
+            count = self._sent["instance"].pop(identifier)[3]
+            if count == 1:
+                self.scene.remove_instance(identifier)
+            else:
+                self.scene.remove_instances(identifier, count)
+        for identifier in self._sent["light"].keys() - self._seen["light"]:
+            del self._sent["light"][identifier]
+            self.scene.remove_light(identifier)
