@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A test double of `headwater._core`: checks and records scene edits, renders constant pixels (docs/architecture.md)."""
+"""A test double of `headwater._core` (docs/architecture.md): checks and records edits, renders constant pixels."""
 
 import sys
 import threading
 import time
-import types
 
 import numpy as np
 
@@ -27,6 +26,7 @@ PASSES = {
     "Diffuse Color": 3, "Glossy Direct": 3, "Glossy Indirect": 3, "Glossy Color": 3, "Transmission Direct": 3,
     "Transmission Indirect": 3, "Transmission Color": 3, "Emission": 3, "Environment": 3,
 }  # fmt: skip
+material_ops = {}
 sessions = []  # every Session made, the newest last
 render_seconds = 0.0  # how long a render takes
 fail_with = None  # an exception that Session.finish raises
@@ -252,12 +252,9 @@ def devices():
 
 
 def install():
-    """Puts this module in the place of the real core; before the add-on is imported."""
+    """Puts this module in the place of the real core; before the add-on is imported. Returns it."""
     import headwater
 
-    module = types.ModuleType("headwater._core")
-    module.__dict__.update({k: v for k, v in globals().items() if not k.startswith("__")})
-    module.__dict__.update(material_ops={})
-    sys.modules["headwater._core"] = module
-    headwater._core = module
+    module = sys.modules[__name__]
+    sys.modules["headwater._core"] = headwater._core = module
     return module

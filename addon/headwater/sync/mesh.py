@@ -119,11 +119,14 @@ class _Reader:
                 parts.append(values)
         if mesh.has_custom_normals and "custom_normal" not in mesh.attributes:
             parts.append(self.normals())
-        crc, adler = 0, 1
+        crc, xor = 0, 0
         for part in parts:
-            crc, adler = zlib.crc32(part, crc), zlib.adler32(part, adler)
+            crc = zlib.crc32(part, crc)
+            words = part.reshape(-1).view(np.uint8)
+            whole = words[: len(words) // 8 * 8].view(np.uint64)
+            xor ^= int(np.bitwise_xor.reduce(whole)) if len(whole) else 0
         names = tuple((name, domain) for name, domain, _ in self.attributes)
-        return (crc, adler, self.vertices, self.corners, self.faces, mesh.normals_domain, self.uv, names)
+        return (crc, xor, self.vertices, self.corners, self.faces, mesh.normals_domain, self.uv, names)
 
     def normals(self) -> np.ndarray:
         normals = np.empty((self.corners, 3), np.float32)

@@ -166,7 +166,8 @@ class _Frame:
         if parent is not None and obj_uid == parent_uid:
             key = ("part", parent_uid, 0)
         else:
-            key = ("mesh", data.original.session_uid) if plain else ("object", obj_uid)
+            # Evaluated meshes are copies without an original: the original object knows the data-block.
+            key = ("mesh", obj.original.data.session_uid) if plain else ("object", obj_uid)
         ordinal = 0
         while key in self._taken:
             ordinal += 1
@@ -179,7 +180,7 @@ class _Frame:
         state, sync = self._state, self._state._sync
         key = self._mesh_key(obj, data, parent)
         obj_uid, parent_uid = self._uids(obj, parent)
-        changed = self._updates.geometry_changed(obj_uid, parent_uid, data.original.session_uid)
+        changed = self._updates.geometry_changed(obj_uid, parent_uid, obj.original.data.session_uid)
         slot_count = max(len(obj.material_slots), len(data.materials), 1)
         record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
         if record is None:

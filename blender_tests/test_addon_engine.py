@@ -1,0 +1,371 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The add-on's render engine in bpy, with the core replaced by a fake: registration, passes, border, frames, errors."""
+
+import json
+
+import numpy as np
+import pytest
+from bpy_process import run
+
+OpenEXR = pytest.importorskip("OpenEXR")
+pytest.importorskip("bpy")
+
+SAVE = """
+scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER" if multilayer else "OPEN_EXR"
+scene.render.image_settings.color_depth = "32"
+"""
+
+
+def set_format(multilayer: bool) -> str:
+    if multilayer:
+        # 5.0 asks for the media type first.
+        return """
+if hasattr(scene.render.image_settings, "media_type"):
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
+scene.render.image_settings.color_depth = "32"
+"""
+    return """
+scene.render.image_settings.file_format = "OPEN_EXR"
+scene.render.image_settings.color_depth = "32"
+"""
+
+
+def read_exr(path) -> dict[str, np.ndarray]:
+    """Channels by name, top row first, of all parts."""
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        return {name: channel.pixels for part in file.parts for name, channel in part.channels.items()}
+
+
+def test_engine_is_in_the_dropdown_and_comes_back_after_unregister(tmp_path):
+    facts = run(
+        """
+        def there():
+            return any(
+                getattr(c, "bl_idname", "") == "HEADWATER" and c.is_registered
+                for c in bpy.types.RenderEngine.__subclasses__()
+            )
+        panel = bpy.types.RENDER_PT_output if hasattr(bpy.types, "RENDER_PT_output") else bpy.types.RENDER_PT_format
+        first = [there(), "HEADWATER" in panel.COMPAT_ENGINES, hasattr(bpy.types.Scene, "headwater"),
+                 len(bpy.app.handlers.render_complete)]
+        hb.unregister()
+        gone = [hasattr(bpy.types, "HEADWATER_RENDER_PT_sampling"), "HEADWATER" in panel.COMPAT_ENGINES,
+                hasattr(bpy.types.Scene, "headwater"), len(bpy.app.handlers.render_complete)]
+        hb.register()
+        again = [there(), "HEADWATER" in panel.COMPAT_ENGINES, hasattr(bpy.types.Scene, "headwater"),
+                 len(bpy.app.handlers.render_complete)]
+        scene.render.engine = "HEADWATER"
+        bpy.ops.render.render()
+        show(first=first, gone=gone, again=again, engine=scene.render.engine, error=hb.last_error(),
+             prefs="headwater_addon" in bpy.context.preferences.addons)
+        """,
+        tmp_path,
+    )
+    assert facts["first"][:3] == [True, True, True]
+    assert facts["gone"] == [False, False, False, facts["first"][3] - 1]
+    assert facts["again"] == facts["first"]
+    assert facts["engine"] == "HEADWATER" and facts["error"] == "" and facts["prefs"]
+
+
+def test_panels_are_compatible_and_draw_for_every_kind_of_data(tmp_path):
+    """Properties that panels show must exist: a layout that is drawn off screen would hide a misspelt name."""
+    facts = run(
+        """
+        import ast, inspect
+        shown, missing = 0, []
+        class Row:
+            def __getattr__(self, name):
+                return lambda *a, **k: Row()
+            def prop(self, data, name, **k):
+                global shown
+                shown += 1
+                if name not in data.bl_rna.properties: missing.append(f"{type(data).__name__}.{name}")
+        for attribute in ("use_property_split", "use_property_decorate", "active", "enabled", "alert"):
+            setattr(Row, attribute, False)
+        lights = [bpy.data.lights.new(kind, kind) for kind in ("POINT", "SPOT", "SUN", "AREA")]
+        world = bpy.data.worlds[0]
+        class Context:
+            engine = "HEADWATER"; mode = "OBJECT"
+            scene = bpy.context.scene; view_layer = bpy.context.view_layer; world = world
+            camera = bpy.data.cameras[0]; object = bpy.data.objects["Cube"]
+            material = bpy.data.materials[0]; material_slot = bpy.data.objects["Cube"].material_slots[0]
+            space_data = None; light = None
+        ours = [c for c in bpy.types.Panel.__subclasses__() if c.__module__.startswith("headwater_addon.ui")]
+        for cycles in (True, False):
+            scene.headwater.use_cycles_settings = cycles
+            for light in lights:
+                Context.light = light
+                for panel in ours:
+                    if panel.poll(Context) if hasattr(panel, "poll") else True:
+                        if "draw" in panel.__dict__:
+                            fake = type("P", (), {"layout": Row()})()
+                            panel.draw(fake, Context)
+        show(count=len(ours), shown=shown, missing=missing)
+        """,
+        tmp_path,
+    )
+    assert facts["missing"] == []
+    assert facts["count"] > 20 and facts["shown"] > 100
+
+
+def test_default_cube_to_exr_keeps_pixels_and_orientation(tmp_path):
+    run(set_format(False) + "bpy.ops.render.render(write_still=True)", tmp_path)
+    pixels = read_exr(next(tmp_path.glob("frame_*.exr")))
+    red, green = (pixels[name] for name in ("R", "G"))
+    assert red.shape == (24, 32)
+    np.testing.assert_allclose(red[0], np.arange(32) / 1000, atol=1e-6)
+    np.testing.assert_allclose(green[:, 0], np.arange(24)[::-1] / 1000, atol=1e-6)  # EXR's first row is the top
+
+
+def test_all_passes_have_cycles_names_and_channels(tmp_path):
+    code = """
+        names = [p.identifier for p in bpy.types.ViewLayer.bl_rna.properties if p.identifier.startswith("use_pass_")]
+        layer = scene.view_layers[0]
+        skip = ("cryptomatte", "subsurface", "shadow", "ambient", "grease", "accurate")
+        for name in names:
+            if not any(word in name for word in skip):
+                setattr(layer, name, True)
+        layer.cycles.denoising_store_passes = True
+        {format}
+        scene.render.engine = "HEADWATER"
+        bpy.ops.render.render(write_still=True)
+        show(settings=core.sessions[-1].settings[-1]["passes"])
+        """
+    indented = set_format(True).strip().replace("\n", "\n        ")
+    facts = run(code.format(format=indented), tmp_path)
+    channels = set(read_exr(next(tmp_path.glob("frame_*.exr"))))
+    import fake_core
+
+    ids = {"Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "Vector": "XYZW", "UV": "UVA",
+           "Object Index": "X", "Material Index": "X", "Denoising Normal": "XYZ", "Combined": "RGBA"}  # fmt: skip
+    wanted = {f"ViewLayer.{name}.{c}" for name in fake_core.PASSES for c in ids.get(name, "RGB")}
+    assert wanted <= channels, sorted(wanted - channels)
+    assert set(facts["settings"]) == set(fake_core.PASSES)
+
+
+def test_pass_pixels_land_in_their_own_channels(tmp_path):
+    code = "scene.view_layers[0].use_pass_vector = scene.view_layers[0].use_pass_mist = True\n" + set_format(True)
+    run(code + "bpy.ops.render.render(write_still=True)", tmp_path)
+    import fake_core
+
+    pixels = read_exr(next(tmp_path.glob("frame_*.exr")))
+    order = list(fake_core.PASSES).index("Vector")
+    for i, channel in enumerate("XYZW"):
+        np.testing.assert_allclose(pixels[f"ViewLayer.Vector.{channel}"], order + (i + 1) / 10, rtol=1e-6)
+    order = list(fake_core.PASSES).index("Mist")
+    np.testing.assert_allclose(pixels["ViewLayer.Mist.Z"], order + 0.1, rtol=1e-6)
+
+
+@pytest.mark.parametrize("crop", [False, True])
+def test_border_and_crop(tmp_path, crop):
+    facts = run(
+        set_format(False)
+        + f"""
+scene.render.use_border, scene.render.use_crop_to_border = True, {crop}
+scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
+bpy.ops.render.render(write_still=True)
+s = core.sessions[-1]
+show(settings=s.settings[-1], plane=s.scene.camera["plane"])
+""",
+        tmp_path,
+    )
+    assert facts["settings"]["region"] == [8, 12, 24, 24]
+    assert (facts["settings"]["width"], facts["settings"]["height"]) == (32, 24)
+    left, right, bottom, top = facts["plane"]
+    assert right == pytest.approx(-left) and (right - left) / (top - bottom) == pytest.approx(32 / 24)
+    red = read_exr(next(tmp_path.glob("frame_*.exr")))["R"]
+    if crop:
+        assert red.shape == (12, 16)
+        np.testing.assert_allclose(red[3], np.arange(8, 24) / 1000, atol=1e-6)
+    else:
+        assert red.shape == (24, 32)
+        np.testing.assert_allclose(red[3, 8:24], np.arange(8, 24) / 1000, atol=1e-6)
+        assert not red[:, :8].any() and not red[12:].any()
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+def test_animation_keeps_the_scene_and_sends_only_what_moved(tmp_path, persistent):
+    facts = run(
+        f"""
+        cube = bpy.data.objects["Cube"]
+        cube.keyframe_insert("location", frame=1)
+        cube.location.x = 1
+        cube.keyframe_insert("location", frame=5)
+        scene.frame_start, scene.frame_end = 1, 3
+        scene.render.use_persistent_data = {persistent}
+        bpy.ops.render.render(animation=True)
+        session = core.sessions[-1]
+        show(sessions=len(core.sessions), edits=session.edits, x=[i["matrix"][0][3] for i in session.scene.instances.values()])
+        bpy.ops.render.render()
+        show(after=len(core.sessions), error=hb.last_error())
+        """,
+        tmp_path,
+    )
+    assert facts["sessions"] == 1
+    first, second, third = facts["edits"]
+    assert {"mesh", "instance", "light", "material", "camera", "world"} <= {name for name, _ in first}
+    assert [name for name, _ in second] == ["instance"] and [name for name, _ in third] == ["instance"]
+    assert float(facts["x"][0]) > 0.2
+    assert facts["after"] == (1 if persistent else 2)
+    assert facts["error"] == ""
+    assert len(list(tmp_path.glob("frame_*.png"))) == 3
+
+
+def test_view_layers_render_apart_with_holdout_indirect_only_and_override(tmp_path):
+    facts = run(
+        """
+        for name, x in (("H", 3), ("I", 6)):
+            collection = bpy.data.collections.new(name)
+            scene.collection.children.link(collection)
+            obj = bpy.data.objects.new(name, bpy.data.meshes["Cube"])
+            obj.location.x = x
+            collection.objects.link(obj)
+        second = scene.view_layers.new("Second")
+        second.layer_collection.children["H"].holdout = True
+        second.layer_collection.children["I"].indirect_only = True
+        second.material_override = bpy.data.materials.new("Override")
+        second.samples = 7
+        bpy.ops.render.render()
+        def instances(session):
+            return {i["name"]: [i["flags"], i["visibility"], i["materials"]] for i in session.scene.instances.values()}
+        a, b = core.sessions
+        show(a=instances(a), b=instances(b), samples=[s.settings[-1]["samples"] for s in (a, b)],
+             override=list(b.scene.materials), names=[m["name"] for m in b.scene.materials.values()])
+        """,
+        tmp_path,
+    )
+    assert facts["a"]["H"][0] == 0 and facts["b"]["H"][0] == 2
+    assert facts["a"]["I"][1] & 1 and not facts["b"]["I"][1] & 1
+    assert facts["a"]["Cube"][2] != [0]
+    assert "Override" in facts["names"]
+    assert facts["b"]["Cube"][2] == [facts["override"][facts["names"].index("Override")]]
+    assert facts["samples"] == [4, 7]
+
+
+@pytest.mark.parametrize(
+    "break_it, words",
+    [
+        ("scene.headwater.device = 'Nowhere'", ["Nowhere"]),
+        ("core.fail_with = RuntimeError('device lost')", ["device lost"]),
+        ("bpy.data.objects['Camera'].scale = (0, 0, 0)", ["Camera"]),
+        ("scene.camera = bpy.data.objects['Cube']", ["Cube", "camera"]),
+        ("core.Scene.upsert_mesh = lambda *a, **k: 1 / 0", ["Cube", "division"]),
+    ],
+)
+def test_errors_name_what_is_wrong_and_leave_blender_usable(tmp_path, break_it, words):
+    facts = run(
+        f"""
+        import sys
+        broken = sys.modules["headwater._core"]
+        core = broken
+        {break_it}
+        message = ""
+        try:
+            bpy.ops.render.render(write_still=True)
+        except RuntimeError as error:
+            message = str(error)
+        show(message=message, last=hb.last_error())
+        """,
+        tmp_path,
+    )
+    assert facts["last"], "no error was remembered"
+    for word in words:
+        assert word.lower() in facts["last"].lower()
+        assert word.lower() in facts["message"].lower()
+
+
+def test_what_blender_itself_refuses_is_an_error_too(tmp_path):
+    facts = run(
+        """
+        def message():
+            try:
+                bpy.ops.render.render()
+            except RuntimeError as error:
+                return str(error)
+        camera, scene.camera = scene.camera, None
+        no_camera = message()
+        scene.camera = camera
+        scene.render.use_border = True
+        scene.render.border_min_x = scene.render.border_max_x = 0.5
+        show(no_camera=no_camera, empty_border=message())
+        """,
+        tmp_path,
+    )
+    assert "no camera" in facts["no_camera"] and "too small" in facts["empty_border"]
+
+
+def test_a_core_that_does_not_load_says_why(tmp_path):
+    facts = run(
+        """
+        import sys, headwater
+        sys.modules["headwater._core"] = None
+        if hasattr(headwater, "_core"): del headwater._core
+        import headwater_addon.native as native
+        native._core = None
+        message = ""
+        try:
+            bpy.ops.render.render()
+        except RuntimeError as error:
+            message = str(error)
+        show(message=message, failure=native.failure(), last=hb.last_error(),
+             device=bpy.context.preferences.addons["headwater_addon"].preferences.device)
+        """,
+        tmp_path,
+    )
+    assert "did not load" in facts["message"] and "did not load" in facts["failure"]
+    assert facts["device"] == "AUTO"
+
+
+def test_cancel_ends_quickly_and_keeps_the_picture(tmp_path):
+    facts = run(
+        """
+        import time
+        core.render_seconds = 30.0
+        import headwater_addon.final as final
+        final.observers.append(lambda event, facts: event == "progress" and facts["seconds"] >= 0)
+        start = time.time()
+        bpy.ops.render.render(write_still=True)
+        show(seconds=time.time() - start, cancelled=core.sessions[-1].cancelled.is_set(), error=hb.last_error())
+        """,
+        tmp_path,
+    )
+    assert facts["cancelled"] and facts["seconds"] < 10 and facts["error"] == ""
+    assert list(tmp_path.glob("frame_*.png"))
+
+
+def test_command_line_options(tmp_path):
+    stats = tmp_path / "stats.json"
+    facts = run(
+        "bpy.ops.render.render(); show(settings=core.sessions[-1].settings[-1], tracer=core.sessions[-1].context.tracer)",
+        tmp_path,
+        arguments=[
+            "--",
+            "--headwater-samples",
+            "9",
+            "--headwater-stats",
+            str(stats),
+            "--headwater-tracer",
+            "embree",
+            "--other",
+            "1",
+        ],  # fmt: skip
+    )
+    assert facts["settings"]["samples"] == 9 and facts["tracer"] == "embree"
+    line = json.loads(stats.read_text().splitlines()[-1])
+    assert line["samples"] == 9 and line["frame"] == 1 and line["export"]["instances"] == 1
+
+    bad = run(
+        "try:\n    bpy.ops.render.render()\nexcept RuntimeError as error:\n    show(message=str(error))",
+        tmp_path,
+        arguments=["--", "--headwater-samples", "none"],
+    )
+    assert "--headwater-samples" in bad["message"]
+
+
+def test_strict_makes_a_failed_render_fail_the_process(tmp_path):
+    code = "scene.camera = bpy.data.objects['Cube']\ntry:\n    bpy.ops.render.render()\nexcept RuntimeError:\n    pass\n# normal exit\n"
+    assert run(code, tmp_path, arguments=["--", "--headwater-strict"], check=False)["status"] == 1
+    assert (
+        run("bpy.ops.render.render()\n# normal exit\n", tmp_path, arguments=["--", "--headwater-strict"])["status"] == 0
+    )
