@@ -111,7 +111,7 @@ struct PrincipledInputs {
   float coat_roughness;
   float coat_ior;
   vec3 coat_tint;
-  vec3 coat_normal;        // unit; `normal` where nothing is linked
+  vec3 coat_normal;        // unit; Ns (not `normal`) where nothing is linked
   float sheen_weight;
   float sheen_roughness;
   vec3 sheen_tint;
