@@ -81,7 +81,8 @@ def make(lights=700, frames=48, size=(640, 360), seed=7):
 def world(scene):
     """The night sky as environment."""
     scene.world = bpy.data.worlds.new("Night")
-    scene.world.use_nodes = True
+    if bpy.app.version < (5, 0):  # always true since 5.0
+        scene.world.use_nodes = True
     tree = scene.world.node_tree
     sky = tree.nodes.new("ShaderNodeTexEnvironment")
     sky.image = textures.night_sky()

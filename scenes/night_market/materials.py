@@ -8,7 +8,8 @@ import textures
 def principled(name, colour=(0.8, 0.8, 0.8), roughness=0.5, colour_map=None, roughness_map=None, normal_map=None, **more):
     """A material with one Principled BSDF. more: socket names with underscores for spaces, e.g. Emission_Strength=3."""
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    if bpy.app.version < (5, 0):  # always true since 5.0
+        material.use_nodes = True
     tree = material.node_tree
     shader = tree.nodes["Principled BSDF"]
     shader.inputs["Base Color"].default_value = (*colour, 1)
@@ -56,6 +57,7 @@ PAPER = {
     "white": (1.0, 0.90, 0.72),
     "teal": (0.32, 0.88, 0.82),
 }
+LANTERN_STRENGTH = {"red": 1.5, "orange": 2.0, "yellow": 2.6, "white": 2.4, "teal": 1.8}
 AWNINGS = {
     "red": ((0.72, 0.10, 0.08), (0.90, 0.84, 0.72)),
     "indigo": ((0.10, 0.14, 0.40), (0.85, 0.84, 0.78)),
@@ -109,7 +111,7 @@ def build():
     for name, tint in COATS.items():
         m[f"coat {name}"] = principled(f"Coat {name}", tint, 0.8)
     for name, tint in PAPER.items():
-        m[f"lantern {name}"] = glowing(f"Lantern {name}", 2.3, picture=textures.paper(f"Paper {name}", tint))
+        m[f"lantern {name}"] = glowing(f"Lantern {name}", LANTERN_STRENGTH[name], picture=textures.paper(f"Paper {name}", tint))
     for name, tint in NEON.items():
         m[f"neon {name}"] = glowing(f"Neon {name}", 14.0, tint)
     m["bulb"] = glowing("Bulb", 30.0, (1.0, 0.62, 0.28))
