@@ -45,7 +45,12 @@ bool is_contiguous(const AnyArray& array) {
 
 AnyArray any_array(nb::handle value, const std::string& what) {
   AnyArray array;
-  if (value.is_none() || !nb::try_cast<AnyArray>(value, array)) {
+  bool taken = false;
+  try {
+    taken = !value.is_none() && nb::try_cast<AnyArray>(value, array);
+  } catch (const std::bad_cast&) {  // a list, for one
+  }
+  if (!taken) {
     const std::string message = what + " must be an array, not " + nb::cast<std::string>(nb::str(nb::type_name(value.type())));
     throw nb::type_error(message.c_str());
   }

@@ -43,13 +43,13 @@ Tables::Tables(Device& device, Scene& scene, Tracer& tracer)
 Tables::~Tables() {
   // The Tracer may outlive these buffers: leave nothing of them in it.
   try {
-    tracer_.set_instances({});
-    tracer_.set_lamps({});
-    for (const auto& [id, slot] : meshes_)
-      if (slot.traced) tracer_.remove_mesh(id);
-    if (has_no_mesh_) tracer_.remove_mesh(kNoMesh);
-    tracer_.commit();
+    if (tracer_.owner == this) {
+      leave_tracer();
+      tracer_.commit();
+    }
   } catch (...) {  // a lost device: the Tracer is of no more use, and neither is what it holds
+    tracer_.owner = nullptr;
+    tracer_.evict_owner = nullptr;
   }
   give_back(keep_scene_);
 }
@@ -64,6 +64,7 @@ TableCounts Tables::update() {
     layout_dirty_ = lights_layout_dirty_ = tracer_instances_dirty_ = true;
   }
   failed_ = true;
+  take_tracer();
   update_meshes(uploader, counts);
   update_images(uploader, counts);
   update_materials(counts);

@@ -71,6 +71,9 @@ class Tables {
   const Root& root() const { return root_; }
   const TableTotals& totals() const { return totals_; }
 
+  // Whether the Tracer still holds this scene: false before update(), and after other Tables have updated.
+  bool current() const { return tracer_.owner == this && !failed_; }
+
   // When false, the destructor does not copy lent arrays back: for a scene that goes away as well.
   void keep_scene(bool keep) { keep_scene_ = keep; }
 
@@ -94,6 +97,9 @@ class Tables {
   void set_address(std::uint64_t& where, VkDeviceAddress address) { root_dirty_ |= where != address, where = address; }
   void update_meshes(Uploader& uploader, TableCounts& counts);
   void upload_mesh(Id id, MeshSlot& slot, Uploader& uploader);
+  void trace_mesh(Id id, MeshSlot& slot);
+  void take_tracer();
+  void leave_tracer();
   void update_images(Uploader& uploader, TableCounts& counts);
   void update_materials(TableCounts& counts);
   void update_instances(TableCounts& counts);

@@ -17,6 +17,7 @@ struct Tables::MeshSlot {
   bool traced = false;              // the Tracer has it
   bool changed = false;             // uploaded by the update that is under way
   std::unique_ptr<Buffer> positions, arrays;
+  std::size_t tri_vertices_at = 0;  // byte offset in `arrays`
   std::unique_ptr<Buffer> motion;   // last frame's positions
   std::uint64_t motion_frame = 0;   // commit count in which they were the last frame's
 };

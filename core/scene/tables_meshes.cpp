@@ -79,21 +79,6 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
     record.attributes[i] = {arrays->address() + attributes_at[i], attribute_hash(attribute.name), attribute.domain, attribute.components, 0};
   }
 
-  if (summary.triangle_count > 0) {
-    TraceMesh trace{from.positions, from.tri_vertices, entry.data.name};
-    if (positions->mapped()) {
-      trace.positions = mapped_span<float>(*positions, 0, from.positions.size());
-      trace.indices = mapped_span<std::uint32_t>(*arrays, vertices_at, from.tri_vertices.size());
-    } else {
-      uploader.flush();  // a Tracer on the device may build from it at once
-    }
-    tracer_.set_mesh(id, trace);
-    slot.traced = true;
-  } else if (slot.traced) {
-    tracer_.remove_mesh(id);
-    slot.traced = false;
-  }
-
   if (positions->mapped() && entry.lender == nullptr) {
     // From here on the mapped buffers are the scene's only copy.
     MeshArrays lent;
@@ -111,15 +96,71 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
     for (AttributeData& attribute : entry.data.attributes) forget(attribute.data);
   }
 
+  // The old buffers stay until the Tracer has let go of them.
+  const std::unique_ptr<Buffer> old_arrays = std::move(slot.arrays);
+  const std::unique_ptr<Buffer> old_motion = std::move(slot.motion);
+  if (!deformed) last = std::move(slot.positions);
   slot.motion = deformed ? std::move(slot.positions) : nullptr;
   slot.motion_frame = scene.frame;
   slot.positions = std::move(positions);
   slot.arrays = std::move(arrays);
+  slot.tri_vertices_at = vertices_at;
   slot.vertex_count = summary.vertex_count;
   slot.revision = entry.revision;
   slot.changed = true;
   mesh_table_.set(slot.record, record);
   array_bytes_ += slot.positions->bytes() - kTailBytes + layout.bytes;
+  trace_mesh(id, slot);
+}
+
+// Gives the mesh to the Tracer, in its mapped buffers where it has some.
+void Tables::trace_mesh(Id id, MeshSlot& slot) {
+  const MeshEntry& entry = scene_.impl().meshes.at(id);
+  if (entry.summary.triangle_count == 0) {
+    if (slot.traced) tracer_.remove_mesh(id);
+    slot.traced = false;
+    return;
+  }
+  TraceMesh trace{entry.arrays.positions, entry.arrays.tri_vertices, entry.data.name};
+  if (slot.positions->mapped()) {
+    trace.positions = mapped_span<float>(*slot.positions, 0, trace.positions.size());
+    trace.indices = mapped_span<std::uint32_t>(*slot.arrays, slot.tri_vertices_at, trace.indices.size());
+  }
+  try {
+    slot.traced = true;
+    tracer_.set_mesh(id, trace);
+  } catch (...) {
+    slot.revision = 0;  // the next update tries again
+    throw;
+  }
+}
+
+// The Tracer holds one scene at a time: another Tables' geometry goes out first, and ours goes in again.
+void Tables::take_tracer() {
+  if (tracer_.owner == this) return;
+  if (tracer_.evict_owner) tracer_.evict_owner();
+  tracer_.owner = this;
+  tracer_.evict_owner = [this] { leave_tracer(); };
+  for (auto& [id, slot] : meshes_) {
+    const auto entry = scene_.impl().meshes.find(id);
+    // Those that changed are given to the Tracer when they are uploaded.
+    if (!slot.traced && entry != scene_.impl().meshes.end() && entry->second.revision == slot.revision) trace_mesh(id, slot);
+  }
+  tracer_.set_lamps(lights_->table.shapes);
+  tracer_instances_dirty_ = true;
+}
+
+void Tables::leave_tracer() {
+  tracer_.set_instances({});
+  tracer_.set_lamps({});
+  for (auto& [id, slot] : meshes_) {
+    if (slot.traced) tracer_.remove_mesh(id);
+    slot.traced = false;
+  }
+  if (has_no_mesh_) tracer_.remove_mesh(kNoMesh);
+  has_no_mesh_ = false;
+  tracer_.owner = nullptr;
+  tracer_.evict_owner = nullptr;
 }
 
 void Tables::update_meshes(Uploader& uploader, TableCounts& counts) {
@@ -167,7 +208,7 @@ void Tables::update_meshes(Uploader& uploader, TableCounts& counts) {
 void Tables::update_images(Uploader& uploader, TableCounts& counts) {
   Scene::Impl& scene = scene_.impl();
   totals_.images = scene.images.size();
-  if (!failed_ && seen_images_ == scene.images_revision) return;
+  if (seen_images_ == scene.images_revision) return;
   std::erase_if(images_, [&](const auto& item) { return !scene.images.contains(item.first); });
   const std::map<Id, std::uint32_t> before = std::move(image_index_);
   image_index_.clear();
@@ -194,6 +235,7 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
     image_table_.set(index, {slot.texels->address(), image.width, image.height, image.format, image.flags});
     image_index_[id] = index++;
   }
+  seen_images_ = scene.images_revision;
   if (before != image_index_) seen_materials_ = 0;  // programs hold the indices
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -60,6 +61,10 @@ class Tracer {
   virtual void any(Commands& commands, const TraceArgs& args) = 0;
 
   virtual TracerStats stats() const = 0;
+
+  // Whose geometry it holds (a Tables), and how that one takes it out again when another wants to use the Tracer.
+  const void* owner = nullptr;
+  std::function<void()> evict_owner;
 };
 
 // `kind`: "auto", "ray_query" or "embree". auto: ray_query on a GPU that has it, else embree (hosts need mapped buffers).
