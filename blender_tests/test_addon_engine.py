@@ -196,7 +196,8 @@ def test_animation_keeps_the_scene_and_sends_only_what_moved(tmp_path, persisten
         scene.render.use_persistent_data = {persistent}
         bpy.ops.render.render(animation=True)
         session = core.sessions[-1]
-        show(sessions=len(core.sessions), edits=session.edits, x=[i["matrix"][0][3] for i in session.scene.instances.values()])
+        places = [i["matrix"][0][3] for i in session.scene.instances.values()]
+        show(sessions=len(core.sessions), edits=session.edits, x=places)
         bpy.ops.render.render()
         show(after=len(core.sessions), error=hb.last_error())
         """,
@@ -337,7 +338,7 @@ def test_cancel_ends_quickly_and_keeps_the_picture(tmp_path):
 def test_command_line_options(tmp_path):
     stats = tmp_path / "stats.json"
     facts = run(
-        "bpy.ops.render.render(); show(settings=core.sessions[-1].settings[-1], tracer=core.sessions[-1].context.tracer)",
+        "bpy.ops.render.render(); s = core.sessions[-1]; show(settings=s.settings[-1], tracer=s.context.tracer)",
         tmp_path,
         arguments=[
             "--",
@@ -364,7 +365,10 @@ def test_command_line_options(tmp_path):
 
 
 def test_strict_makes_a_failed_render_fail_the_process(tmp_path):
-    code = "scene.camera = bpy.data.objects['Cube']\ntry:\n    bpy.ops.render.render()\nexcept RuntimeError:\n    pass\n# normal exit\n"
+    failing = (
+        "scene.camera = bpy.data.objects['Cube']\ntry:\n    bpy.ops.render.render()\nexcept RuntimeError:\n    pass\n"
+    )
+    code = failing + "# normal exit\n"
     assert run(code, tmp_path, arguments=["--", "--headwater-strict"], check=False)["status"] == 1
     assert (
         run("bpy.ops.render.render()\n# normal exit\n", tmp_path, arguments=["--", "--headwater-strict"])["status"] == 0
