@@ -11,12 +11,18 @@ HW_CONST uint HW_FILTER_BOX = 0u;
 HW_CONST uint HW_FILTER_GAUSSIAN = 1u;
 HW_CONST uint HW_FILTER_BLACKMAN_HARRIS = 2u;
 
-// Inverse of the standard normal's cumulative distribution to about 5e-4: Abramowitz and Stegun 26.2.23.
+// Inverse of the standard normal's cumulative distribution, to single precision for u in [1e-11, 1 - 1e-11]: Wichura
+// 1988, algorithm AS 241, PPND7.
 HW_FN float filter_normal_quantile(float u) {
-  float p = min(u, 1.0f - u);
-  float t = sqrt(-2.0f * log(max(p, 1e-12f)));
-  float x = t - (2.515517f + t * (0.802853f + t * 0.010328f)) / (1.0f + t * (1.432788f + t * (0.189269f + t * 0.001308f)));
-  return u < 0.5f ? -x : x;
+  float q = u - 0.5f;
+  float r = 0.180625f - q * q;
+  float middle = q * (((59.109374720f * r + 159.29113202f) * r + 50.434271938f) * r + 3.3871327179f) /
+                 (((67.187563600f * r + 78.757757664f) * r + 17.895169469f) * r + 1.0f);
+  float p = max(min(u, 1.0f - u), 1e-11f);
+  float t = sqrt(-log(p)) - 1.6f;
+  float tail = (((0.17023821103f * t + 1.3067284816f) * t + 2.7568153900f) * t + 1.4234372777f) /
+               ((0.12021132975f * t + 0.73700164250f) * t + 1.0f);
+  return abs(q) <= 0.425f ? middle : (q < 0.0f ? -tail : tail);
 }
 
 // Blackman-Harris window on [-1, 1] (Harris 1978, four terms): x with cumulative distribution u, by Newton steps on the

@@ -150,5 +150,44 @@ HW_FN vec4 sampler_4d(uint pixel_hash, uint index, uint dimension, uint seed) {
   return vec4(sampler_to_float(x), sampler_to_float(y), sampler_to_float(z), sampler_to_float(w));
 }
 
+// Screen-space blue noise, for few samples a pixel: all pixels share one sequence, ordered along the Z-curve and shuffled
+// from the top (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical
+// Ordering of Pixels", with binary instead of quaternary digits), so that neighbouring pixels take complementary points
+// and their errors cancel under a blur. `log2_samples`: of the samples a pixel will get, rounded up; index < 2^log2_samples.
+// The sequence repeats every 2^((32 - log2_samples) / 2) pixels. In each pixel, prefixes are as well spread as above.
+HW_FN uint sampler_interleave(uint x) {
+  x = (x | (x << 8u)) & 0x00ff00ffu;
+  x = (x | (x << 4u)) & 0x0f0f0f0fu;
+  x = (x | (x << 2u)) & 0x33333333u;
+  return (x | (x << 1u)) & 0x55555555u;
+}
+HW_FN uint sampler_blue_index(uint x, uint y, uint index, uint log2_samples, uint group_hash) {
+  uint bits = min((32u - log2_samples) >> 1u, 16u);
+  uint mask = (1u << bits) - 1u;
+  uint place = sampler_interleave(x & mask) | (sampler_interleave(y & mask) << 1u);
+  uint unused = 32u - 2u * bits - log2_samples;
+  return sampler_owen(((place << log2_samples) | index) << unused, group_hash) >> unused;
+}
+HW_FN float sampler_blue_1d(uint x, uint y, uint index, uint log2_samples, uint dimension, uint seed) {
+  uint h = sampler_group(0u, dimension, seed);
+  uint i = sampler_blue_index(x, y, index, log2_samples, h);
+  return sampler_to_float(sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu))));
+}
+HW_FN vec2 sampler_blue_2d(uint x, uint y, uint index, uint log2_samples, uint dimension, uint seed) {
+  uint h = sampler_group(0u, dimension, seed);
+  uint i = sampler_blue_index(x, y, index, log2_samples, h);
+  uint a = sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu)));
+  uint b = sampler_owen(sampler_sobol_y(i), sampler_hash(h ^ 0x02e5be93u));
+  return vec2(sampler_to_float(a), sampler_to_float(b));
+}
+HW_FN vec3 sampler_blue_3d(uint x, uint y, uint index, uint log2_samples, uint dimension, uint seed) {
+  uint h = sampler_group(0u, dimension, seed);
+  uint i = sampler_blue_index(x, y, index, log2_samples, h);
+  uint a = sampler_reverse_bits(sampler_laine_karras(i, sampler_hash(h ^ 0x68bc21ebu)));
+  uint b = sampler_owen(sampler_sobol_y(i), sampler_hash(h ^ 0x02e5be93u));
+  uint c = sampler_owen(sampler_sobol_z(i), sampler_hash(h ^ 0x967a889bu));
+  return vec3(sampler_to_float(a), sampler_to_float(b), sampler_to_float(c));
+}
+
 HW_NAMESPACE_END
 #endif
