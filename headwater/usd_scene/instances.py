@@ -70,12 +70,12 @@ def expand_instancer(prim, time, xforms, visible, report, chain=()) -> list:
 
 
 def _transforms(instancer, time, count, report):
-    """(N, 4, 4) for column vectors, prototypes' own transforms included; None with a warning when they are broken."""
+    """(N, 4, 4) for column vectors, without the prototypes' own; None with a warning when they are broken."""
     from pxr import Usd, UsdGeom
 
     try:
         matrices = instancer.ComputeInstanceTransformsAtTime(
-            time, Usd.TimeCode(time), UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+            time, Usd.TimeCode(time), UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
         )
     except Exception as error:
         report.warn(instancer.GetPath(), f"its transforms can't be computed ({first_line(error)}); it is left out")
@@ -88,10 +88,11 @@ def _transforms(instancer, time, count, report):
 
 
 def _prototype(root, time, xforms, visible, report, chain) -> list:
-    """Meshes below a prototype's root, in the space of the root's own children (its own transform is in the copies)."""
+    """Meshes below a prototype's root, in the space of the root's parent: its own transform counts."""
     from pxr import Usd, UsdGeom
 
-    base = np.linalg.pinv(matrix_to_numpy(xforms.GetLocalToWorldTransform(root)))
+    own = matrix_to_numpy(xforms.GetLocalTransformation(root)[0])
+    base = own @ np.linalg.pinv(matrix_to_numpy(xforms.GetLocalToWorldTransform(root)))
     result = []
     prims = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
     for prim in prims:

@@ -236,3 +236,16 @@ def dome_rotation(prim, world) -> np.ndarray:
     turn = turn / np.cbrt(abs(np.linalg.det(turn)))
     cycle = np.array([[0, 0, 1.0], [1.0, 0, 0], [0, 1.0, 0]])
     return cycle @ turn
+
+
+def dome_texture(prim, time, report) -> str | None:
+    """Resolved path of a dome light's texture ("" when it was not found), or None when it has none."""
+    attribute = prim.GetAttribute("inputs:texture:file")
+    asset = attribute.Get(time) if attribute else None
+    if asset is None or not asset.path:
+        return None
+    layout = prim.GetAttribute("inputs:texture:format")
+    layout = layout.Get(time) if layout else "automatic"
+    if layout not in (None, "automatic", "latlong"):
+        report.warn(prim.GetPath(), f"its texture's format '{layout}' is read as latlong")
+    return asset.resolvedPath or ""

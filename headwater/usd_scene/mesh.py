@@ -117,7 +117,7 @@ def read_topology(geometry, time, points, prim, report) -> Topology:
     if not len(triangles):
         raise MeshError("it has no faces that can be rendered")
     if geometry.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded:
-        triangles = triangles[:, [0, 2, 1]]
+        triangles = np.ascontiguousarray(triangles[:, [0, 2, 1]])
     return Topology(counts, indices, triangles, faces)
 
 

@@ -77,7 +77,7 @@ class Skeletons:
         from pxr import UsdSkel
 
         animation = skeleton_query.GetAnimQuery()
-        if not query.HasBlendShapes() or not animation or not animation.IsValid():
+        if not query.HasBlendShapes() or not animation:
             return points
         weights = animation.ComputeBlendShapeWeights(time)
         mapper = query.GetBlendShapeMapper()

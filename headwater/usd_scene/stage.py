@@ -56,7 +56,7 @@ def open_stage(path: str) -> OpenStage:
     except Exception as error:
         raise UserError(f"'{path}' can't be read as USD: {first_line(error)}") from error
     finally:
-        messages = _messages(errors)
+        messages = usd_messages(errors)
     if stage is None:
         raise UserError(f"'{path}' can't be read as USD{': ' + messages[0] if messages else ''}")
     meters = UsdGeom.GetStageMetersPerUnit(stage)
@@ -73,7 +73,7 @@ def open_stage(path: str) -> OpenStage:
     return OpenStage(stage, path, float(meters), to_world, first, last, warnings)
 
 
-def _messages(delegate) -> list:
+def usd_messages(delegate) -> list:
     """Warnings USD gave meanwhile, without its source locations."""
     texts = []
     for diagnostic in delegate.TakeUncoalescedDiagnostics():

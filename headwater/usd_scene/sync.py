@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from headwater.errors import UserError, first_line
+from headwater.errors import first_line
 from headwater.usd_scene import camera as cameras
 from headwater.usd_scene import light as lights
 from headwater.usd_scene.ids import path_id, random_id
@@ -20,8 +20,9 @@ from headwater.usd_scene.mesh import MeshError, read_mesh
 from headwater.usd_scene.report import Report
 from headwater.usd_scene.shapes import is_shape, shape_mesh, shape_varies
 from headwater.usd_scene.skinning import Skeletons
-from headwater.usd_scene.stage import matrix_to_numpy
+from headwater.usd_scene.stage import matrix_to_numpy, usd_messages
 
+LIGHT_FLAGS = [f"HW_LIGHT_{name}" for name in ("CAST_SHADOW", "USE_MIS", "CAMERA", "DIFFUSE", "GLOSSY", "TRANSMISSION")]
 PURPOSES = ("default", "render")
 
 
@@ -35,19 +36,22 @@ class _KnownMesh:
     has_color: bool = False  # has displayColor
     placed: np.ndarray | None = None  # skinned: the transform to stage space instead of the prim's own
     frame: object = None  # time it was last read at
+    box: np.ndarray | None = None  # (2, 3) of its positions
     error: bool = False
 
 
 class StageSync:
     """Keeps `scene` equal to an OpenStage, one time code after another."""
 
-    def __init__(self, opened, scene, *, warn=None, flags=None):
+    def __init__(self, opened, scene, *, warn=None, flags):
         self.opened = opened
         self.scene = scene
         self.report = Report(warn)
         for text in opened.warnings:
             self.report.once(text, text)
-        self.materials = Materials(scene, self.report, flags or {})
+        # UsdLux has no visibility to the camera: lights with a size are seen, as surfaces are.
+        self._light_flags = sum(flags[name] for name in LIGHT_FLAGS)
+        self.materials = Materials(scene, self.report)
         self.skeletons = Skeletons(opened.stage)
         self._meshes = {}
         self._sent = {"instance": {}, "light": {}}  # id -> what was sent, to send only what differs
@@ -58,17 +62,21 @@ class StageSync:
 
         `aspect`: the picture's width over height; `camera`: a camera's path or name.
         """
-        from pxr import Usd, UsdGeom
+        from pxr import Usd, UsdGeom, UsdUtils
 
         start = clock.perf_counter()
+        diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # USD's own messages become ours
         self.time = Usd.TimeCode(frame)
         self.xforms = UsdGeom.XformCache(self.time)
         self._seen = {"instance": set(), "light": set()}
         self._domes = []
+        self._placed = []  # (box of a mesh, matrices), for a stage without a camera
         self._visible_prims()
         self._remove_unseen()
         self._set_world()
         self._set_camera(camera, aspect)
+        for text in usd_messages(diagnostics):
+            self.report.once(text, text)
         return clock.perf_counter() - start
 
     # Traversal
@@ -178,10 +186,11 @@ class StageSync:
             if self.skeletons.binds(prim):
                 skinned = self.skeletons.deform(prim, self.time, self.xforms)
                 points, known.placed = skinned.points, skinned.matrix
-            subsets = self.materials.subsets(source, self.time)
+            subsets = self.materials.subsets(source)
             mesh = read_mesh(source, self.time, points, [faces for _, faces in subsets], self.report)
         else:
             raise MeshError(f"geometry of type {source.GetTypeName()} is not supported")
+        known.box = np.stack([mesh.positions.min(axis=0), mesh.positions.max(axis=0)]).astype(float)
         known.subsets = [subset.GetPath() for subset, _ in subsets]
         known.has_color = any(name == "displayColor" for name, _, _ in mesh.attributes)
         self.scene.upsert_mesh(
@@ -198,10 +207,10 @@ class StageSync:
 
     def _slot_materials(self, prim, known) -> list:
         """Material ids of slot 0 (the mesh's own) and of each subset."""
-        bound = [self.materials.bound(prim, self.time, known.has_color)]
+        bound = [self.materials.bound(prim, known.has_color)]
         for path in known.subsets:
             subset = prim.GetChild(path.name)
-            bound.append(self.materials.bound(subset, self.time, known.has_color) if subset else bound[0])
+            bound.append(self.materials.bound(subset, known.has_color) if subset else bound[0])
         return bound
 
     def _send_instance(self, identifier, name, known, matrix, materials):
@@ -209,6 +218,7 @@ class StageSync:
             self.report.warn(name, "its transform is not finite; it is left out")
             return
         matrix = np.ascontiguousarray(matrix[:3], np.float32)
+        self._placed.append((known.box, matrix[None]))
         self._send(
             "instance",
             identifier,
@@ -224,6 +234,7 @@ class StageSync:
         if previous is not None and previous[3] != len(matrices):
             self.scene.remove_instances(identifier, previous[3])
             del self._sent["instance"][identifier]
+        self._placed.append((known.box, matrices))
         numbers = (np.arange(len(matrices), dtype=np.uint64) * 2654435761 + random_id(name)).astype(np.uint32)
         self._send(
             "instance",
@@ -261,7 +272,14 @@ class StageSync:
             identifier,
             (lamp.kind, matrix.tobytes(), lamp.color, lamp.power, tuple(sorted(lamp.options.items()))),
             lambda: self.scene.upsert_light(
-                identifier, name, lamp.kind, matrix, color=lamp.color, power=lamp.power, **lamp.options
+                identifier,
+                name,
+                lamp.kind,
+                matrix,
+                color=lamp.color,
+                power=lamp.power,
+                flags=self._light_flags,
+                **lamp.options,
             ),
             name,
         )
@@ -275,7 +293,8 @@ class StageSync:
         positions, triangles = lights.tube(light, self.time)
         if not radiance.any() or not np.isfinite(positions).all():
             return
-        known = _KnownMesh(path_id(prim.GetPath(), "mesh"), True)
+        box = np.stack([positions.min(axis=0), positions.max(axis=0)]).astype(float)
+        known = _KnownMesh(path_id(prim.GetPath(), "mesh"), True, box=box)
         if self._sent.setdefault("tube", {}).get(known.id) != positions.tobytes():
             self.scene.upsert_mesh(known.id, str(prim.GetPath()), positions, triangles)
             self._sent["tube"][known.id] = positions.tobytes()
@@ -299,16 +318,16 @@ class StageSync:
         self.scene.set_camera(kind, np.ascontiguousarray(matrix, np.float32), plane, **arguments)
 
     def _bounds(self):
-        from pxr import UsdGeom
-
-        box = UsdGeom.BBoxCache(self.time, list(PURPOSES)).ComputeWorldBound(self.opened.stage.GetPseudoRoot())
-        box = box.ComputeAlignedRange()
-        if box.IsEmpty():
+        """(2, 3) box of all instances. Not by UsdGeom.BBoxCache: instancers that contain themselves crash it."""
+        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for box, matrices in self._placed:
+            points = box[0] + corners * (box[1] - box[0])
+            points = np.einsum("nij,kj->nki", matrices[:, :, :3], points) + matrices[:, None, :, 3]
+            low, high = np.minimum(low, points.min(axis=(0, 1))), np.maximum(high, points.max(axis=(0, 1)))
+        if not self._placed:
             return np.array([[-1.0, -1, -1], [1, 1, 1]])
-        corners = np.array([[*box.GetCorner(i), 1.0] for i in range(8)]) @ self.opened.to_world.T
-        if not np.isfinite(corners).all():
-            raise UserError("the stage has no camera and no finite bounds; give a camera")
-        return np.stack([corners[:, :3].min(axis=0), corners[:, :3].max(axis=0)])
+        return np.stack([low, high])
 
     # Sending
 
