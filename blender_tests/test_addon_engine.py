@@ -213,6 +213,35 @@ def test_animation_keeps_the_scene_and_sends_only_what_moved(tmp_path, persisten
     assert len(list(tmp_path.glob("frame_*.png"))) == 3
 
 
+def test_edits_between_renders_reach_a_persistent_scene(tmp_path):
+    facts = run(
+        """
+        scene.render.use_persistent_data = True
+        cube = bpy.data.objects["Cube"]
+        def edits():
+            bpy.ops.render.render()
+            return [name for name, _ in core.sessions[-1].edits[-1]]
+        result = {"first": edits(), "nothing": edits()}
+        cube.data.vertices[0].co.z += 1
+        cube.data.update()
+        result["mesh"] = edits()
+        bpy.context.evaluated_depsgraph_get()  # another graph takes its own notice of the next change
+        cube.data.vertices[0].co.z += 1
+        cube.data.update()
+        bpy.context.view_layer.update()
+        result["again"] = edits()
+        bpy.data.objects.remove(cube)
+        result["removed"] = edits()
+        show(sessions=len(core.sessions), **result)
+        """,
+        tmp_path,
+    )
+    assert facts["sessions"] == 1
+    assert "mesh" in facts["first"] and facts["nothing"] == []
+    assert facts["mesh"] == ["mesh"] and facts["again"] == ["mesh"]
+    assert facts["removed"][:2] == ["remove_instances", "remove_mesh"]
+
+
 def test_view_layers_render_apart_with_holdout_indirect_only_and_override(tmp_path):
     facts = run(
         """

@@ -74,6 +74,9 @@ def _guarded(work):
         except (SyncError, native.NativeError, ValueError, RuntimeError, MemoryError) as error:
             if not isinstance(error, (SyncError, native.NativeError)):
                 traceback.print_exc()
+            if type(error).__name__ == "DeviceLost":  # the core's; a new context is needed to go on
+                kept.drop_all()
+                native.release()
             fail(engine, f"Headwater: {str(error) or type(error).__name__}")
         except Exception as error:
             traceback.print_exc()
