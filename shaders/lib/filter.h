@@ -28,8 +28,8 @@ HW_FN float filter_normal_quantile(float u) {
 // Blackman-Harris window on [-1, 1] (Harris 1978, four terms): x with cumulative distribution u, by Newton steps on the
 // analytic integral from the quantile of a near normal distribution.
 HW_FN float filter_blackman_harris(float u) {
-  float x = clamp(0.2578f * filter_normal_quantile(u), -0.98f, 0.98f);
-  for (int i = 0; i < 4; ++i) {
+  float x = clamp(0.25f * filter_normal_quantile(u), -0.98f, 0.98f);
+  for (int i = 0; i < 3; ++i) {
     float a = HW_PI * x;
     float s = sin(a);
     float c = cos(a);
