@@ -211,7 +211,7 @@ def tube(light, time, steps: int = 48):
     ring = np.stack([np.zeros(steps), np.cos(angles) * corrected, np.sin(angles) * corrected], axis=1)
     positions = np.concatenate([ring + [length / 2, 0, 0], ring - [length / 2, 0, 0]])
     i, j = np.arange(steps), (np.arange(steps) + 1) % steps
-    triangles = np.concatenate([np.stack([i, j, j + steps], 1), np.stack([i, j + steps, i + steps], 1)])
+    triangles = np.concatenate([np.stack([i, j + steps, j], 1), np.stack([i, i + steps, j + steps], 1)])
     return positions.astype(np.float32), triangles.astype(np.uint32)
 
 
@@ -232,10 +232,21 @@ def dome_rotation(prim, world) -> np.ndarray:
     A latlong texture of UsdLux has +y up, its centre at +z and +x a quarter to the left of it (as OpenEXR's latlong
     maps); Blender's has +z up, its centre at +x and +y a quarter to the left.
     """
-    turn = np.linalg.inv(world[:3, :3])
+    turn = pole_turn(prim) @ np.linalg.inv(world[:3, :3])
     turn = turn / np.cbrt(abs(np.linalg.det(turn)))
     cycle = np.array([[0, 0, 1.0], [1.0, 0, 0], [0, 1.0, 0]])
     return cycle @ turn
+
+
+def pole_turn(prim) -> np.ndarray:
+    """(3, 3) from the dome's space to the one whose pole is +y: DomeLight_1's poleAxis may put the pole on +z."""
+    from pxr import UsdGeom
+
+    attribute = prim.GetAttribute("poleAxis")
+    axis = attribute.Get() if attribute else UsdGeom.Tokens.y
+    if axis == "scene":
+        axis = UsdGeom.GetStageUpAxis(prim.GetStage())
+    return np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]) if axis == UsdGeom.Tokens.z else np.eye(3)
 
 
 def dome_texture(prim, time, report) -> str | None:

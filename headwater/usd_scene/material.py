@@ -120,7 +120,7 @@ class Materials:
             if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
                 self._report.warn(prim.GetPath(), "its transform is flat or not finite; it is left out")
                 continue
-            rows = np.concatenate([lights.dome_rotation(matrix), np.zeros((3, 1))], axis=1)
+            rows = np.concatenate([lights.dome_rotation(prim, matrix), np.zeros((3, 1))], axis=1)
             textured.append((self._images.load(path, "auto", prim.GetPath()), tuple(radiance), tuple(map(tuple, rows))))
         if not textured:
             return tuple(constant.tolist()), 0
