@@ -126,10 +126,10 @@ void Tables::update_root() {
   totals_.lights = state.table.lights.size();
 }
 
-VkDeviceAddress Tables::root_address() {
+const Buffer& Tables::root_buffer() {
   if (root_dirty_) device_.write(*root_buffer_, 0, std::as_bytes(std::span(&root_, 1)));
   root_dirty_ = false;
-  return root_buffer_->address();
+  return *root_buffer_;
 }
 
 }  // namespace hw

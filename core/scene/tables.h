@@ -62,12 +62,10 @@ class Tables {
   void set_world_luminance(std::span<const float> luminance, std::uint32_t width, std::uint32_t height);
 
   // Addresses that the session owns.
-  void set_frame(VkDeviceAddress address) { set_address(root_.frame, address); }
   void set_luts(VkDeviceAddress address) { set_address(root_.luts, address); }
-  void set_sobol(VkDeviceAddress address) { set_address(root_.sobol, address); }
 
-  // Where the root lies; the address never changes. Uploads pending changes of the root itself.
-  VkDeviceAddress root_address();
+  // The buffer that holds the root, always the same one. Uploads pending changes of the root itself.
+  const Buffer& root_buffer();
   const Root& root() const { return root_; }
   const TableTotals& totals() const { return totals_; }
 
@@ -78,6 +76,7 @@ class Tables {
   void keep_scene(bool keep) { keep_scene_ = keep; }
 
  private:
+  friend struct TablesInspector;  // tests
   struct MeshSlot;
   struct ImageSlot;
   struct GroupSlot;

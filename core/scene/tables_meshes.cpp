@@ -239,7 +239,8 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
   if (before != image_index_) seen_materials_ = 0;  // programs hold the indices
 }
 
-// Ends the loan of the scene's arrays: they are copied back, or else the scene's views are only cleared.
+// Ends the loan of the scene's arrays: they are copied back, or else the scene's views are only cleared. Each buffer goes
+// as soon as its contents are back, so that memory holds at most one mesh twice.
 void Tables::give_back(bool keep) {
   const auto copy = [&](auto& to, const auto& from) { keep ? to.assign(from.begin(), from.end()) : to.clear(); };
   for (auto& [id, entry] : scene_.impl().meshes) {
@@ -252,12 +253,14 @@ void Tables::give_back(bool keep) {
     for (std::size_t i = 0; i < data.attributes.size(); ++i) copy(data.attributes[i].data, arrays.attributes[i]);
     arrays = mesh_views(data);
     entry.lender = nullptr;
+    meshes_.erase(id);
   }
   for (auto& [id, entry] : scene_.impl().images) {
     if (entry.lender != this) continue;
     copy(entry.data.texels, entry.texels);
     entry.texels = entry.data.texels;
     entry.lender = nullptr;
+    images_.erase(id);
   }
 }
 
