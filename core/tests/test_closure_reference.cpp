@@ -112,9 +112,20 @@ ClosureList build(const Reference& r, const ShadingGeometry& g, vec3& emission) 
   return list;
 }
 
+// Where we leave Cycles on purpose: light through facets that cannot be there (microfacet_refraction_exists).
+bool departs(const ClosureList& list, const ShadingGeometry& g, vec3 wi) {
+  for (uint i = 0; i < list.count; ++i) {
+    const Closure& c = list.at[i];
+    const bool transmits = closure_is_microfacet(c) && microfacet_transmits(c);
+    if (transmits && dot(c.N, wi) < 0.0f && !microfacet_refraction_exists(c, g.wo, wi)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("closures have Cycles' albedos and values") {
+  int skipped = 0;
   const size_t cosines = std::size(kCosines), suns = std::size(kSuns);
   for (const Reference& r : kReferences) {
     double worst_albedo = 0.0, worst_value = 0.0, energy = 0.0, energy_reference = 0.0;
@@ -139,6 +150,10 @@ TEST_CASE("closures have Cycles' albedos and values") {
       for (size_t s = 0; s < suns; ++s) found[kPasses + s] = bsdf_value_total(closures_eval(list, g, kSuns[s]));
       const float* expected = &r.values[column * (kPasses + suns) * 3];
       for (size_t i = 0; i < (kPasses + suns) * 3; ++i) {
+        if (i >= kPasses * 3 && departs(list, g, kSuns[i / 3 - kPasses])) {
+          ++skipped;
+          continue;
+        }
         const double difference = std::abs(found[i / 3][int(i % 3)] - expected[i]);
         if (i < kPasses * 3) {
           worst_albedo = std::max(worst_albedo, difference);
@@ -155,9 +170,10 @@ TEST_CASE("closures have Cycles' albedos and values") {
       }
     }
     if (std::getenv("HW_VERBOSE")) std::printf("%-24s albedo %.1e value %.1e total %.5f  %s\n", r.name, worst_albedo, worst_value, energy / std::max(energy_reference, 1e-9), where.c_str());
-    CAPTURE(r.name);
+    CAPTURE(std::string(r.name));
     CAPTURE(where);
-    CHECK(worst_albedo < 1e-3);
-    CHECK(worst_value < 4e-3);
+    CHECK(worst_albedo < 5e-4);
+    CHECK(worst_value < 1e-3);
   }
+  CHECK(skipped <= 3 * 68);  // channels of directions
 }

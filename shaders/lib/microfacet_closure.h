@@ -113,6 +113,15 @@ HW_FN void microfacet_frame(HW_IN(Closure) c, HW_OUT(vec3) x, HW_OUT(vec3) y) {
   }
 }
 
+// Whether refraction from wo to wi has a facet to go through: its normal, above the surface, must see wo from the front and
+// wi from behind. Departure: Cycles does not ask, so lights sampled through open sheets of rough glass add light there that
+// no sampled direction finds, and its image depends on the light sampling. Closed objects hide it.
+HW_FN bool microfacet_refraction_exists(HW_IN(Closure) c, vec3 wo, vec3 wi) {
+  vec3 h = c.ior * wi + wo;
+  float up = dot(c.N, h);
+  return up * dot(h, wo) > 0.0f && up * dot(h, wi) < 0.0f;
+}
+
 // f(wo, wi)|cos| and pdf without the closure's weight, by Walter et al. 2007: common factor D |wo·h| |dh/dwi| / (wo·n)...
 HW_FN vec3 microfacet_eval(HW_IN(Closure) c, vec3 wo, vec3 wi, HW_OUT(float) pdf) {
   pdf = 0.0f;
@@ -120,6 +129,7 @@ HW_FN vec3 microfacet_eval(HW_IN(Closure) c, vec3 wo, vec3 wi, HW_OUT(float) pdf
   float cos_i = dot(c.N, wi);
   bool transmit = HW_HAS(HW_FEATURE_TRANSMISSION) && cos_i < 0.0f;
   bool possible = transmit ? microfacet_transmits(c) : (microfacet_reflects(c) && cos_i >= 0.0f);
+  if (HW_HAS(HW_FEATURE_TRANSMISSION)) possible = possible && (!transmit || microfacet_refraction_exists(c, wo, wi));
   if (cos_o <= 0.0f || microfacet_is_singular(c) || !possible) return vec3(0.0f);
 
   vec3 h = transmit ? -(c.ior * wi + wo) : wi + wo;
