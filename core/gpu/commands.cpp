@@ -17,6 +17,10 @@ struct Commands::Impl {
   VkCommandBuffer buffer = VK_NULL_HANDLE;
   VkFence fence = VK_NULL_HANDLE;
   VkQueryPool queries = VK_NULL_HANDLE;
+  VkDescriptorPool descriptors = VK_NULL_HANDLE;
+  VkDescriptorSet uniforms = VK_NULL_HANDLE;
+  VkBuffer uniform_buffers[2] = {VK_NULL_HANDLE, VK_NULL_HANDLE};
+  bool uniforms_bound = false;  // in this recording
   bool recording = false;
   bool dirty = false;  // something was recorded that the next command must wait for
 
@@ -54,6 +58,7 @@ struct Commands::Impl {
 
   void destroy() {
     if (queries) d.vk.vkDestroyQueryPool(d.device, queries, nullptr);
+    if (descriptors) d.vk.vkDestroyDescriptorPool(d.device, descriptors, nullptr);
     if (fence) d.vk.vkDestroyFence(d.device, fence, nullptr);
     if (pool) d.vk.vkDestroyCommandPool(d.device, pool, nullptr);
   }
@@ -74,6 +79,7 @@ struct Commands::Impl {
     check(d.vk.vkBeginCommandBuffer(buffer, &info), "Recording commands");
     recording = true;
     dirty = false;
+    uniforms_bound = false;
     marks.clear();
     if (queries) d.vk.vkCmdResetQueryPool(buffer, queries, 0, kQueries);
     mark();
@@ -100,11 +106,45 @@ struct Commands::Impl {
     dirty = true;
   }
 
+  void set_uniforms(const Buffer& root, const Buffer& frame) {
+    if (uniform_buffers[0] == root.handle() && uniform_buffers[1] == frame.handle()) return;
+    flush();  // a set in use must not be written
+    if (!descriptors) {
+      const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2};
+      VkDescriptorPoolCreateInfo create{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
+      create.maxSets = 1;
+      create.poolSizeCount = 1;
+      create.pPoolSizes = &size;
+      check(d.vk.vkCreateDescriptorPool(d.device, &create, nullptr, &descriptors), "Making a descriptor pool");
+      VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
+      allocate.descriptorPool = descriptors;
+      allocate.descriptorSetCount = 1;
+      allocate.pSetLayouts = &d.uniform_layout;
+      check(d.vk.vkAllocateDescriptorSets(d.device, &allocate, &uniforms), "Making a descriptor set");
+    }
+    const Buffer* buffers[2] = {&root, &frame};
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      const VkDescriptorBufferInfo range{buffers[i]->handle(), 0, std::min<VkDeviceSize>(buffers[i]->bytes(), 16384)};
+      VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+      write.dstSet = uniforms;
+      write.dstBinding = i;
+      write.descriptorCount = 1;
+      write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+      write.pBufferInfo = &range;
+      d.vk.vkUpdateDescriptorSets(d.device, 1, &write, 0, nullptr);
+      uniform_buffers[i] = buffers[i]->handle();
+    }
+  }
+
   void bind(const Kernel& kernel, std::span<const std::byte> push) {
     if (push.size() > 128 || push.size() % 4 != 0)
       throw DeviceError("Kernel \"" + kernel.name() + "\": push constants are at most 128 bytes and a multiple of 4, not " +
                         std::to_string(push.size()) + ".");
     d.vk.vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
+    if (uniforms && !uniforms_bound) {
+      d.vk.vkCmdBindDescriptorSets(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, d.layout, 0, 1, &uniforms, 0, nullptr);
+      uniforms_bound = true;
+    }
     if (!push.empty())
       d.vk.vkCmdPushConstants(buffer, d.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<std::uint32_t>(push.size()), push.data());
   }
@@ -159,6 +199,8 @@ struct Commands::Impl {
 
 Commands::Commands(Device& device) : impl_(std::make_unique<Impl>(device)) {}
 Commands::~Commands() = default;
+
+void Commands::set_uniforms(const Buffer& root, const Buffer& frame) { impl_->set_uniforms(root, frame); }
 
 void Commands::dispatch(const Kernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x) {
   if (groups_x == 0) return;

@@ -167,8 +167,19 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
   for (std::uint32_t i = 0; i < d.memory_properties.memoryTypeCount; ++i)
     if (unified && (d.memory_properties.memoryTypes[i].propertyFlags & kShared) == kShared) d.shared_memory = true;
 
+  // The two structs that every kernel reads all the time, the scene's root and the frame's parameters, are uniform
+  // buffers: lavapipe loads a uniform once for all lanes, and an address once for each.
+  const VkDescriptorSetLayoutBinding uniforms[2] = {
+      {0, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
+      {1, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr}};
+  VkDescriptorSetLayoutCreateInfo set{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
+  set.bindingCount = 2;
+  set.pBindings = uniforms;
+  check(d.vk.vkCreateDescriptorSetLayout(d.device, &set, nullptr, &d.uniform_layout), "Making the descriptor layout");
   const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, 128};
   VkPipelineLayoutCreateInfo layout{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
+  layout.setLayoutCount = 1;
+  layout.pSetLayouts = &d.uniform_layout;
   layout.pushConstantRangeCount = 1;
   layout.pPushConstantRanges = &push;
   check(d.vk.vkCreatePipelineLayout(d.device, &layout, nullptr, &d.layout), "Making the pipeline layout");
@@ -185,6 +196,7 @@ Device::Impl::~Impl() {
       vk.vkDestroyPipelineCache(device, cache, nullptr);
     }
     if (layout) vk.vkDestroyPipelineLayout(device, layout, nullptr);
+    if (uniform_layout) vk.vkDestroyDescriptorSetLayout(device, uniform_layout, nullptr);
     for (const auto& block : blocks) vk.vkFreeMemory(device, block->memory, nullptr);
     vk.vkDestroyDevice(device, nullptr);
   }

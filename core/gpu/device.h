@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thin Vulkan: one instance and device of our own, buffers by address, compute pipelines, one submission at a time.
-// Shaders take no descriptors: the push constant is the address of a root struct that holds every table's address.
+// Tables are reached by address; two structs that hold those addresses, the scene's root and the frame's parameters, are
+// uniform buffers 0 and 1 of descriptor set 0.
 #pragma once
 
 #include <cstddef>
@@ -93,7 +94,9 @@ class Commands {
  public:
   explicit Commands(Device& device);
   ~Commands();
-  // `push` is at most 128 bytes: by convention the 8-byte root address, then what the stage needs.
+  // Uniform buffers of the dispatches that follow (their first 16 KiB at most). They outlive the flush.
+  void set_uniforms(const Buffer& root, const Buffer& frame);
+  // `push` is at most 128 bytes: what the stage needs besides the uniforms.
   void dispatch(const Kernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x);
   // Groups from a QueueHeader at `offset` in `queue`.
   void dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue, std::size_t offset = 0);

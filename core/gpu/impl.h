@@ -78,6 +78,7 @@ struct Device::Impl {
   VkQueue queue = VK_NULL_HANDLE;
   std::mutex queue_mutex;
   VkPipelineLayout layout = VK_NULL_HANDLE;
+  VkDescriptorSetLayout uniform_layout = VK_NULL_HANDLE;
   VkPipelineCache cache = VK_NULL_HANDLE;
   std::string cache_path;
   VkPhysicalDeviceMemoryProperties memory_properties{};

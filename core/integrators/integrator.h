@@ -33,7 +33,7 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   // Renders the wave that wave.params() describes, up to its results. False: cancelled on the way, results unusable.
-  virtual bool render(Commands& commands, std::uint64_t root) = 0;
+  virtual bool render(Commands& commands) = 0;
 };
 
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const IntegratorContext& context);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Path tracing as a list of stages:
-//   camera → trace → [ surface → shade → trace shadow (→ shadow surface)* → resolve → trace ]*
-// `surface` turns hits into closures and takes emission; `shade` samples a light and the BSDF; `resolve` adds the light
+//   camera → trace → [ sort hits → escaped, surface → shade → trace shadow (→ shadow surface)* → resolve → trace ]*
+// `escaped` takes what lies behind everything and lamps; `surface` turns hits into closures and takes emission; `shade` samples a light and the BSDF; `resolve` adds the light
 // samples that arrived. Paths stay in place, queues of path ids shrink as paths end.
 #include "integrators/path.h"
 
@@ -22,6 +22,8 @@ constexpr int kDeviceStride = 8;
 PathIntegrator::PathIntegrator(const IntegratorContext& context)
     : context_(context),
       camera_(context.kernels.get("camera", context.constants)),
+      sort_(context.kernels.get("sort_hits", context.constants)),
+      escaped_(context.kernels.get("escaped", context.constants)),
       surface_(context.kernels.get("surface", context.constants)),
       shade_(context.kernels.get("shade", context.constants)),
       resolve_(context.kernels.get("resolve", context.constants)),
@@ -33,7 +35,7 @@ PathIntegrator::PathIntegrator(const IntegratorContext& context)
 }
 
 void PathIntegrator::prepare(Commands& commands, Queue* queue, std::uint32_t counter, Queue* clear, Queue* clear2) {
-  Push push{.root = root_, .queue = queue ? queue->address() : 0, .out_queue = clear ? clear->address() : 0,
+  Push push{.queue = queue ? queue->address() : 0, .out_queue = clear ? clear->address() : 0,
             .out_queue2 = clear2 ? clear2->address() : 0, .a = counter};
   commands.dispatch(prepare_, push.bytes(), 1);
 }
@@ -48,7 +50,7 @@ std::uint32_t PathIntegrator::count(Commands& commands, Queue& queue) {
 // Follows shadow rays that no opaque surface stops through transparent ones, one surface a round.
 bool PathIntegrator::trace_transparent_shadows(Commands& commands) {
   Wave& w = context_.wave;
-  Push begin{.root = root_, .queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
+  Push begin{.queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
   commands.dispatch_indirect(*shadow_begin_, begin.bytes(), w.shadow_queue->buffer);
   prepare(commands, w.shadow_next.get(), kTransparentShadow, w.shadow_queue.get());
   std::swap(w.shadow_queue, w.shadow_next);
@@ -57,7 +59,7 @@ bool PathIntegrator::trace_transparent_shadows(Commands& commands) {
     commands.begin_stage("trace transparent shadow");
     context_.tracer.closest(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
     commands.begin_stage("shadow surface");
-    Push push{.root = root_, .queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
+    Push push{.queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
     commands.dispatch_indirect(*shadow_surface_, push.bytes(), w.shadow_queue->buffer);
     prepare(commands, w.shadow_next.get(), kTransparentShadow, w.shadow_queue.get());
     std::swap(w.shadow_queue, w.shadow_next);
@@ -68,15 +70,14 @@ bool PathIntegrator::trace_transparent_shadows(Commands& commands) {
   return true;
 }
 
-bool PathIntegrator::render(Commands& commands, std::uint64_t root) {
+bool PathIntegrator::render(Commands& commands) {
   Wave& w = context_.wave;
   Tracer& tracer = context_.tracer;
-  root_ = root;
   const std::uint32_t paths = w.params().wave_pixels * w.params().wave_samples;
 
   commands.begin_stage("camera");
-  prepare(commands, nullptr, kNone, w.active.get(), w.surface_queue.get());
-  Push push{.root = root_, .out_queue = w.active->address()};
+  prepare(commands, nullptr, kNone, w.hit_queue.get(), w.escaped_queue.get());
+  Push push{.out_queue = w.active->address()};
   commands.dispatch(camera_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
   prepare(commands, w.active.get(), kCamera, w.next.get());
   commands.begin_stage("trace camera");
@@ -84,13 +85,21 @@ bool PathIntegrator::render(Commands& commands, std::uint64_t root) {
 
   for (int step = 0;; ++step) {
     if (context_.cancelled) return false;
+    commands.begin_stage("sort hits");
+    push = {.queue = w.active->address(), .out_queue = w.hit_queue->address(), .out_queue2 = w.escaped_queue->address()};
+    commands.dispatch_indirect(sort_, push.bytes(), w.active->buffer);
+    prepare(commands, w.hit_queue.get(), kNone, w.surface_queue.get());
+    prepare(commands, w.escaped_queue.get(), kNone, nullptr);
+    commands.begin_stage("escaped");
+    push = {.queue = w.escaped_queue->address(), .out_queue2 = w.next->address()};
+    commands.dispatch_indirect(escaped_, push.bytes(), w.escaped_queue->buffer);
     commands.begin_stage("surface");
-    push = {.root = root_, .queue = w.active->address(), .out_queue = w.surface_queue->address(), .out_queue2 = w.next->address()};
-    commands.dispatch_indirect(surface_, push.bytes(), w.active->buffer);
+    push = {.queue = w.hit_queue->address(), .out_queue = w.surface_queue->address()};
+    commands.dispatch_indirect(surface_, push.bytes(), w.hit_queue->buffer);
     prepare(commands, w.surface_queue.get(), kNone, w.shadow_queue.get(), w.shadow_next.get());
 
     commands.begin_stage("shade");
-    push = {.root = root_, .queue = w.surface_queue->address(), .out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address()};
+    push = {.queue = w.surface_queue->address(), .out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address()};
     commands.dispatch_indirect(shade_, push.bytes(), w.surface_queue->buffer);
     prepare(commands, w.shadow_queue.get(), kShadow, w.active.get(), nullptr);
     prepare(commands, w.next.get(), kIndirect, nullptr);
@@ -107,10 +116,10 @@ bool PathIntegrator::render(Commands& commands, std::uint64_t root) {
       // The transparent rounds shrink the queue: what arrived is added when a ray leaves it (shadow_surface.comp).
       if (!trace_transparent_shadows(commands)) return false;
     } else {
-      push = {.root = root_, .queue = w.shadow_queue->address()};
+      push = {.queue = w.shadow_queue->address()};
       commands.dispatch_indirect(resolve_, push.bytes(), w.shadow_queue->buffer);
     }
-    prepare(commands, nullptr, kNone, w.surface_queue.get());
+    prepare(commands, nullptr, kNone, w.hit_queue.get(), w.escaped_queue.get());
     std::swap(w.active, w.next);
 
     const bool ask = context_.device.shared_memory() || step % kDeviceStride == kDeviceStride - 1;

@@ -10,7 +10,7 @@ namespace hw {
 class PathIntegrator final : public Integrator {
  public:
   explicit PathIntegrator(const IntegratorContext& context);
-  bool render(Commands& commands, std::uint64_t root) override;
+  bool render(Commands& commands) override;
 
  private:
   void prepare(Commands& commands, Queue* queue, std::uint32_t counter, Queue* clear, Queue* clear2 = nullptr);
@@ -18,8 +18,9 @@ class PathIntegrator final : public Integrator {
   std::uint32_t count(Commands& commands, Queue& queue);
 
   IntegratorContext context_;
-  std::uint64_t root_ = 0;
   const Kernel& camera_;
+  const Kernel& sort_;
+  const Kernel& escaped_;
   const Kernel& surface_;
   const Kernel& shade_;
   const Kernel& resolve_;

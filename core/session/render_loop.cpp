@@ -66,17 +66,16 @@ void RenderLoop::run() {
 
   const SpecConstants constants{{0, scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
   tables_.choose_lights(settings_.lights);
-  tables_.set_frame(wave.params_address());
   tables_.set_luts(context_.luts->address());
   if (const auto grid = tables_.world_luminance_wanted()) {
     on_stage("preparing the world");
     apply_settings(wave.params(), settings_, film_.layout());
     wave.write_params(device);
     const auto luminance =
-        measure_world(device, *context_.kernels, tables_.root_address(), constants, grid->width, grid->height);
+        measure_world(device, *context_.kernels, tables_.root_buffer(), *wave.frame, constants, grid->width, grid->height);
     tables_.set_world_luminance(luminance, grid->width, grid->height);
   }
-  const std::uint64_t root = tables_.root_address();
+  commands.set_uniforms(tables_.root_buffer(), *wave.frame);
 
   apply_settings(wave.params(), settings_, film_.layout());
   wave.params().first_sample_of_render = settings_.first_sample;
@@ -101,9 +100,9 @@ void RenderLoop::run() {
       p.wave_samples = per_wave;
       p.first_sample = settings_.first_sample + counts.samples;
       wave.write_params(device);
-      if (!integrator->render(commands, root)) return;
+      if (!integrator->render(commands)) return;
       commands.begin_stage("film");
-      Push push{.root = root};
+      Push push{};
       commands.dispatch(accumulate, push.bytes(), (p.wave_pixels + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
       commands.flush();
       counts.extra = per_wave;

@@ -17,7 +17,6 @@ namespace hw {
 
 // Same layout as lib/push.glsl.
 struct Push {
-  std::uint64_t root = 0;
   std::uint64_t queue = 0;
   std::uint64_t out_queue = 0;
   std::uint64_t out_queue2 = 0;

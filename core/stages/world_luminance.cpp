@@ -4,13 +4,14 @@
 
 namespace hw {
 
-std::vector<float> measure_world(Device& device, KernelCache& kernels, std::uint64_t root, const SpecConstants& constants,
+std::vector<float> measure_world(Device& device, KernelCache& kernels, const Buffer& root, const Buffer& frame, const SpecConstants& constants,
                                  std::uint32_t width, std::uint32_t height) {
   const std::size_t count = std::size_t(width) * height;
   Buffer grid(device, count * 4, BufferUse::device, "world luminance");
   Commands commands(device);
   commands.begin_stage("world");
-  Push push{.root = root, .queue = grid.address(), .a = width, .b = height};
+  commands.set_uniforms(root, frame);
+  Push push{.queue = grid.address(), .a = width, .b = height};
   commands.dispatch(kernels.get("world_luminance", constants), push.bytes(),
                     static_cast<std::uint32_t>((count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE));
   commands.flush();

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads the scene's tables by address (shared/tables.h). Each accessor returns one record; nothing here writes.
-// A kernel that includes this file has declared the push constant through lib/push.glsl.
 #ifndef HW_TABLES_GLSL
 #define HW_TABLES_GLSL
 #include "../shared/path.h"
@@ -8,7 +7,7 @@
 #include "../shared/tables.h"
 #include "push.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer RootRef { Root root; };
+layout(set = 0, binding = 0, scalar) uniform RootBlock { Root root; } hw_root;
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };
@@ -21,7 +20,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer Byt
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Array { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Array { vec4 at[]; };
 
-#define HW_ROOT (RootRef(push.root).root)
+#define HW_ROOT hw_root.root
 
 // Rows of a row-major 3x4 matrix applied to points, vectors and normals. A macro, so that only the matrix is loaded.
 #define HW_TRANSFORM_POINT(m, p)                                                       \

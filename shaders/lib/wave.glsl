@@ -5,7 +5,7 @@
 #include "features.glsl"
 #include "tables.glsl"
 
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer FrameRef { FrameParams frame; };
+layout(set = 0, binding = 1, scalar) uniform FrameBlock { FrameParams frame; } hw_frame;
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PathArray { PathState at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayArray { Ray at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer HitArray { Hit at[]; };
@@ -17,7 +17,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer UintBuffer {
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer CounterBuffer { RayCounters counters; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer QueueRef { QueueHeader header; uint path[]; };
 
-#define HW_FRAME (FrameRef(HW_ROOT.frame).frame)
+#define HW_FRAME hw_frame.frame
 
 void queue_push(uint64_t queue, uint path) {
   QueueRef q = QueueRef(queue);

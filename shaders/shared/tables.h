@@ -120,9 +120,7 @@ struct Root {
   uint64_t images;          // ImageRecord[]
   uint64_t lights;          // LightRecord[]
   uint64_t light_alias;     // AliasEntry[light_count]
-  uint64_t sobol;           // sampler tables, see lib/sampler.h
   uint64_t luts;            // float[]: albedo tables, see lib/luts.h
-  uint64_t frame;           // FrameParams, see shared/path.h
   WorldDistribution world;
   CameraRecord camera;
   uint mesh_count, instance_count, material_count, image_count;
