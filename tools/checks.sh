@@ -2,7 +2,7 @@
 # shellcheck shell=bash disable=SC2154,SC2034
 # Lint and tests for ./dev, sourced by it.
 
-cxx_files() { git ls-files -z --cached --others --exclude-standard -- 'core/*.h' 'core/*.cpp' 'shaders/*.h'; }
+cxx_files() { git ls-files -z --cached --others --exclude-standard -- 'core/*.h' 'core/*.cpp' 'shaders/*.h' 'tools/*.cpp'; }
 
 lint() {
   local failed=0

@@ -63,14 +63,20 @@ def stall_lights(m, scene, meshes, stall, index, side, rng, frames):
     families = [("red", "orange"), ("orange", "yellow"), ("white", "yellow"), ("teal", "white"), ("red", "red")]
     form, colours = forms[int(rng.integers(5))], families[int(rng.integers(5))]
     for k, y in enumerate((-1.2, 1.2) if form != "star" else (-1.25, 0.0, 1.25)):
-        thing = place("Stall lantern", meshes[form, colours[k % 2]], scene, (0.52, y, 2.26), scale=rng.uniform(0.85, 1.1))
+        thing = place(
+            "Stall lantern", meshes[form, colours[k % 2]], scene, (0.52, y, 2.26), scale=rng.uniform(0.85, 1.1)
+        )
         thing.parent = stall
         if index < 10:
             swing(thing, rng.uniform(0, 6), frames, 0.09)
         made += 1
     warm = ((1.0, 0.66, 0.34), (1.0, 0.80, 0.55), (0.80, 0.92, 1.0))[int(rng.choice(3, p=[0.5, 0.35, 0.15]))]
-    spot = lamp("Stall spot", "SPOT", scene, (-0.35, 0, 2.42), warm, 240, spot_size=2.1, spot_blend=0.6, shadow_soft_size=0.05)
-    candle = lamp("Candle", "POINT", scene, (-1.15, rng.uniform(-1, 1), 1.15), (1.0, 0.5, 0.18), 14, shadow_soft_size=0.03)
+    spot = lamp(
+        "Stall spot", "SPOT", scene, (-0.35, 0, 2.42), warm, 240, spot_size=2.1, spot_blend=0.6, shadow_soft_size=0.05
+    )
+    candle = lamp(
+        "Candle", "POINT", scene, (-1.15, rng.uniform(-1, 1), 1.15), (1.0, 0.5, 0.18), 14, shadow_soft_size=0.03
+    )
     spot.parent = candle.parent = stall
     return made + 2
 
@@ -79,21 +85,40 @@ def garlands(m, scene, meshes, rng, frames):
     """Cords of lanterns across the street; the near ones swing, some with a lamp of their own inside."""
     made = 0
     cord = Shape()
-    palettes = [("red", "orange", "red", "yellow"), ("orange", "yellow", "white"), ("red", "white"), ("teal", "yellow", "orange")]
-    for index, (y, z) in enumerate(((-3.6, 5.2), (0.6, 5.5), (5.0, 6.0), (9.5, 6.6), (14.5, 7.3), (20.5, 8.4), (27.0, 9.6))):
-        points = catenary((-5.0, y + rng.uniform(-1, 1), z + rng.uniform(-0.2, 0.4)),
-                          (5.0, y + rng.uniform(-1, 1), z + rng.uniform(-0.2, 0.4)), 0.8, 40)
+    palettes = [
+        ("red", "orange", "red", "yellow"),
+        ("orange", "yellow", "white"),
+        ("red", "white"),
+        ("teal", "yellow", "orange"),
+    ]
+    for index, (y, z) in enumerate(
+        ((-3.6, 5.2), (0.6, 5.5), (5.0, 6.0), (9.5, 6.6), (14.5, 7.3), (20.5, 8.4), (27.0, 9.6))
+    ):
+        points = catenary(
+            (-5.0, y + rng.uniform(-1, 1), z + rng.uniform(-0.2, 0.4)),
+            (5.0, y + rng.uniform(-1, 1), z + rng.uniform(-0.2, 0.4)),
+            0.8,
+            40,
+        )
         cord.tube(points, 0.012, 5)
         palette = palettes[index % 4]
         form = ("round", "tall", "drum", "gourd", "star")[index % 5]
         for k, at in enumerate(np.linspace(3, 36, 8).astype(int)):
-            thing = place("Garland lantern", meshes[form, palette[k % len(palette)]], scene, points[at],
-                          (0, 0, rng.uniform(0, 3)), rng.uniform(1.15, 1.55))
+            thing = place(
+                "Garland lantern",
+                meshes[form, palette[k % len(palette)]],
+                scene,
+                points[at],
+                (0, 0, rng.uniform(0, 3)),
+                rng.uniform(1.15, 1.55),
+            )
             if index < 4:
                 swing(thing, 0.7 * k + index, frames)
             made += 1
             if k % 4 == 1:
-                inside = lamp("Garland lamp", "POINT", scene, (0, 0, -0.75), (1.0, 0.42, 0.12), 45, shadow_soft_size=0.06)
+                inside = lamp(
+                    "Garland lamp", "POINT", scene, (0, 0, -0.75), (1.0, 0.42, 0.12), 45, shadow_soft_size=0.06
+                )
                 inside.parent = thing
                 made += 1
     place("Garland cords", cord.mesh("Garland cords", [m["cable"]]), scene)
@@ -135,14 +160,24 @@ def bulb_strings(m, scene, count, rng):
 
 def signs(m, scene, rng):
     """Hanging box signs along both walls: glowing paper, and an area lamp that throws its colour on the street."""
-    colours = {"red": (1.0, 0.25, 0.12), "cream": (1.0, 0.78, 0.50), "night": (0.25, 0.75, 1.0), "green": (0.4, 1.0, 0.5),
-               "violet": (0.8, 0.35, 1.0)}
+    colours = {
+        "red": (1.0, 0.25, 0.12),
+        "cream": (1.0, 0.78, 0.50),
+        "night": (0.25, 0.75, 1.0),
+        "green": (0.4, 1.0, 0.5),
+        "violet": (0.8, 0.35, 1.0),
+    }
     shapes = ("RECTANGLE", "RECTANGLE", "ELLIPSE", "DISK", "SQUARE")
     meshes = {}
     for name in colours:
         box = Shape()
         for way in (-1, 1):
-            corners = [(-0.4, way * 0.08, -0.85), (0.4, way * 0.08, -0.85), (0.4, way * 0.08, 0.85), (-0.4, way * 0.08, 0.85)]
+            corners = [
+                (-0.4, way * 0.08, -0.85),
+                (0.4, way * 0.08, -0.85),
+                (0.4, way * 0.08, 0.85),
+                (-0.4, way * 0.08, 0.85),
+            ]
             box.quad(corners if way < 0 else [corners[i] for i in (1, 0, 3, 2)], 0)
         for x in (-0.42, 0.42):
             box.box((x, 0, 0), (0.05, 0.2, 1.78), 1)
@@ -158,8 +193,17 @@ def signs(m, scene, rng):
             place(f"Sign {name}", meshes[name], scene, where, scale=rng.uniform(0.8, 1.15))
             shape = shapes[index % 5]
             size = {"size": 0.7} | ({"size_y": 1.5} if shape in ("RECTANGLE", "ELLIPSE") else {})
-            glow = lamp("Sign glow", "AREA", scene, where + [-side * 0.55, -0.2, -0.2], colours[name], 75,
-                        (0, side * 0.9, 0), shape=shape, **size)
+            glow = lamp(
+                "Sign glow",
+                "AREA",
+                scene,
+                where + [-side * 0.55, -0.2, -0.2],
+                colours[name],
+                75,
+                (0, side * 0.9, 0),
+                shape=shape,
+                **size,
+            )
             glow.data.spread = 2.6
             made += 2
     return made
@@ -175,7 +219,9 @@ def _neon_path(form):
         x = np.linspace(-0.75, 0.75, 40)
         return np.column_stack([x, 0 * x, 0.16 * np.sin(x * 10)]), False
     if form == "bolt":
-        return np.array([(0.1, 0, 0.8), (-0.25, 0, 0.08), (0.06, 0, 0.08), (-0.12, 0, -0.8), (0.3, 0, 0.2), (0.0, 0, 0.2)]), True
+        return np.array(
+            [(0.1, 0, 0.8), (-0.25, 0, 0.08), (0.06, 0, 0.08), (-0.12, 0, -0.8), (0.3, 0, 0.2), (0.0, 0, 0.2)]
+        ), True
     bar = np.linspace(-1.1, 1.1, 3)
     return np.column_stack([0 * bar, 0 * bar, bar]), False
 
@@ -234,10 +280,31 @@ def gate_lights(m, scene, meshes):
         place("Gate lantern", meshes["round", "red"], scene, (x, 32.75, 4.35), scale=1.7)
         made += 1
     for x in (-3.3, 3.3):
-        lamp("Gate spot", "SPOT", scene, (x * 0.86, 31.2, 0.3), (1.0, 0.45, 0.18), 420, (math.pi * 0.91, 0, 0),
-             spot_size=1.1, spot_blend=0.7, shadow_soft_size=0.12)
+        lamp(
+            "Gate spot",
+            "SPOT",
+            scene,
+            (x * 0.86, 31.2, 0.3),
+            (1.0, 0.45, 0.18),
+            420,
+            (math.pi * 0.91, 0, 0),
+            spot_size=1.1,
+            spot_blend=0.7,
+            shadow_soft_size=0.12,
+        )
         made += 1
     for z, y in ((4.0, 50.5), (11.0, 51.5)):
-        lamp("Tower glow", "AREA", scene, (0, y, z), (1.0, 0.5, 0.2), 700, (math.pi / 2, 0, 0), shape="ELLIPSE", size=4, size_y=2)
+        lamp(
+            "Tower glow",
+            "AREA",
+            scene,
+            (0, y, z),
+            (1.0, 0.5, 0.2),
+            700,
+            (math.pi / 2, 0, 0),
+            shape="ELLIPSE",
+            size=4,
+            size_y=2,
+        )
         made += 1
     return made

@@ -51,22 +51,51 @@ def _skin(name, mesh, rig, weights, collection):
 
 def _person_shape(hat):
     shape = Shape()
-    coat = [(0.19, 0.62), (0.20, 0.78), (0.165, 0.98), (0.17, 1.15), (0.205, 1.32), (0.19, 1.42), (0.09, 1.49), (0.06, 1.52)]
+    coat = [
+        (0.19, 0.62),
+        (0.20, 0.78),
+        (0.165, 0.98),
+        (0.17, 1.15),
+        (0.205, 1.32),
+        (0.19, 1.42),
+        (0.09, 1.49),
+        (0.06, 1.52),
+    ]
     shape.lathe(coat, 20, slot=0, group="torso", squash=(1.0, 0.72))
     shape.lathe([(0.001, 1.44), (0.075, 1.46), (0.065, 1.53)], 14, slot=3, group="torso")
-    head = [(max(0.102 * math.cos(a), 1e-3), 1.63 + 0.125 * math.sin(a)) for a in np.linspace(-math.pi / 2, math.pi / 2, 10)]
+    head = [
+        (max(0.102 * math.cos(a), 1e-3), 1.63 + 0.125 * math.sin(a)) for a in np.linspace(-math.pi / 2, math.pi / 2, 10)
+    ]
     shape.lathe(head, 16, slot=1, group="head", squash=(0.88, 1.0))
     hair = [(max(0.112 * math.cos(a), 1e-3), 1.645 + 0.132 * math.sin(a)) for a in np.linspace(-0.35, math.pi / 2, 8)]
     shape.lathe(hair, 16, (0, -0.018, 0), 2, "head", (0.92, 1.0))
     if hat:
         shape.lathe([(0.30, 1.655), (0.16, 1.735), (0.001, 1.85)], 24, slot=4, group="head")
     for side, x in (("L", -1), ("R", 1)):
-        leg = [(x * 0.10, 0, 0.95), (x * 0.10, 0.006, 0.72), (x * 0.10, 0.01, 0.52), (x * 0.10, 0.005, 0.3), (x * 0.10, 0, 0.07)]
+        leg = [
+            (x * 0.10, 0, 0.95),
+            (x * 0.10, 0.006, 0.72),
+            (x * 0.10, 0.01, 0.52),
+            (x * 0.10, 0.005, 0.3),
+            (x * 0.10, 0, 0.07),
+        ]
         shape.tube(leg, np.array([0.095, 0.085, 0.068, 0.062, 0.052]), 10, 2, f"leg.{side}")
         shape.box((x * 0.10, 0.055, 0.045), (0.095, 0.26, 0.09), 2, f"foot.{side}")
-        arm = [(x * 0.195, 0, 1.42), (x * 0.23, 0, 1.28), (x * 0.25, 0, 1.12), (x * 0.257, 0.015, 0.98), (x * 0.26, 0.03, 0.86)]
+        arm = [
+            (x * 0.195, 0, 1.42),
+            (x * 0.23, 0, 1.28),
+            (x * 0.25, 0, 1.12),
+            (x * 0.257, 0.015, 0.98),
+            (x * 0.26, 0.03, 0.86),
+        ]
         shape.tube(arm, np.array([0.062, 0.058, 0.052, 0.047, 0.045]), 9, 0, f"arm.{side}")
-        shape.lathe([(0.001, -0.06), (0.035, -0.03), (0.038, 0.01), (0.001, 0.05)], 8, (x * 0.26, 0.035, 0.83), 1, f"hand.{side}")
+        shape.lathe(
+            [(0.001, -0.06), (0.035, -0.03), (0.038, 0.01), (0.001, 0.05)],
+            8,
+            (x * 0.26, 0.035, 0.83),
+            1,
+            f"hand.{side}",
+        )
     return shape
 
 
@@ -131,7 +160,9 @@ def _umbrella(m):
     rows = []
     for r, z in ((0.02, 0.26), (0.3, 0.2), (0.55, 0.09), (1.0, -0.08)):
         dip = 0.03 * r * (np.arange(ribs + 1) % 2)
-        rows.append(np.column_stack([np.cos(angles) * r * radius, np.sin(angles) * r * radius, np.full(ribs + 1, z) - dip]))
+        rows.append(
+            np.column_stack([np.cos(angles) * r * radius, np.sin(angles) * r * radius, np.full(ribs + 1, z) - dip])
+        )
     shape.sheet(np.array(rows[::-1]), 0, smooth=False)
     for angle in angles[:-1:2]:
         shape.tube([(0, 0, 0.24), (np.cos(angle) * radius, np.sin(angle) * radius, -0.085)], 0.006, 4, 1)
@@ -174,10 +205,20 @@ def sellers(m, scene, stalls, rng):
     bodies = []
     for coat in coats:
         shape = _person_shape(coat in ("rust", "sand"))
-        bodies.append(shape.mesh(f"Seller {coat}", [m[f"coat {coat}"], m["skin"], m["coat charcoal"], m["cloth red"], m["boards"]]))
+        bodies.append(
+            shape.mesh(
+                f"Seller {coat}", [m[f"coat {coat}"], m["skin"], m["coat charcoal"], m["cloth red"], m["boards"]]
+            )
+        )
     for index, stall in enumerate(stalls):
         if index % 2 == 0:
-            body = place("Seller", bodies[index % 4], scene, (-1.12, rng.uniform(-0.6, 0.6), 0), (0, 0, -math.pi / 2 + rng.normal(0, 0.3)))
+            body = place(
+                "Seller",
+                bodies[index % 4],
+                scene,
+                (-1.12, rng.uniform(-0.6, 0.6), 0),
+                (0, 0, -math.pi / 2 + rng.normal(0, 0.3)),
+            )
             body.parent = stall
 
 
@@ -197,16 +238,31 @@ def carp(m, scene, frames, location=(1.7, -0.6, 3.75), length=3.6, turn=1.15):
     points[..., 1] = (-along * length * 0.84)[:, None]
     shape.sheet(points[:, ::-1], 0, uv_size=(1.0, 1.0))
     fan = np.linspace(-1, 1, 9)
-    tail = [np.column_stack([0.02 * fan, np.full(9, -length * (0.82 + 0.18 * t)) + 0.10 * np.abs(fan) * -t, fan * (0.07 + 0.46 * t)])
-            for t in (0, 0.35, 0.7, 1.0)]
+    tail = [
+        np.column_stack(
+            [0.02 * fan, np.full(9, -length * (0.82 + 0.18 * t)) + 0.10 * np.abs(fan) * -t, fan * (0.07 + 0.46 * t)]
+        )
+        for t in (0, 0.35, 0.7, 1.0)
+    ]
     shape.sheet(np.array(tail), 0, uv_size=(0.3, 0.3))
     back = np.linspace(0.18, 0.6, 9)
     top = np.interp(back, along, radius)
-    fin = [np.column_stack([0 * back, -back * length * 0.84 - 0.1 * k, top * 0.97 + k * 0.32 * np.sin((back - 0.14) * 6)]) for k in (0, 0.5, 1)]
+    fin = [
+        np.column_stack([0 * back, -back * length * 0.84 - 0.1 * k, top * 0.97 + k * 0.32 * np.sin((back - 0.14) * 6)])
+        for k in (0, 0.5, 1)
+    ]
     shape.sheet(np.array(fin), 0, uv_size=(0.4, 0.2))
     for side in (-1, 1):
-        wing = [np.column_stack([side * (0.28 + 0.34 * k) * np.ones(5), -length * np.linspace(0.2, 0.34, 5) - 0.25 * k,
-                                 -0.12 - 0.14 * k * np.ones(5)]) for k in (0, 0.5, 1)]
+        wing = [
+            np.column_stack(
+                [
+                    side * (0.28 + 0.34 * k) * np.ones(5),
+                    -length * np.linspace(0.2, 0.34, 5) - 0.25 * k,
+                    -0.12 - 0.14 * k * np.ones(5),
+                ]
+            )
+            for k in (0, 0.5, 1)
+        ]
         shape.sheet(np.array(wing), 0, uv_size=(0.3, 0.3))
         eye = [(max(0.07 * math.cos(a), 1e-3), 0.07 * math.sin(a)) for a in np.linspace(-math.pi / 2, math.pi / 2, 7)]
         shape.lathe(eye, 10, (side * 0.215, -length * 0.075, 0.12), 1)
@@ -237,7 +293,9 @@ def banners(m, scene, frames, rng):
         shape = Shape().sheet(rest, 0)
         shape.tube([(-0.05, 0, 0.02), (0.67, 0, 0.02)], 0.014, 6, 1)
         mesh = shape.mesh("Banner", [m[f"awning {names[index % 5]}"], m["iron"]])
-        banner = place("Banner", mesh, scene, (side * 2.7 - (0.62 if side > 0 else 0.0), y, 4.35 + rng.uniform(-0.2, 0.3)))
+        banner = place(
+            "Banner", mesh, scene, (side * 2.7 - (0.62 if side > 0 else 0.0), y, 4.35 + rng.uniform(-0.2, 0.3))
+        )
         banner.shape_key_add(name="Basis")
         flat = np.array(shape.vertices)
         for key_name, shift in (("Ripple A", 0.0), ("Ripple B", math.pi / 2)):

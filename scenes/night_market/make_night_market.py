@@ -20,13 +20,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import lamps  # noqa: E402
-import life  # noqa: E402
-import materials  # noqa: E402
-import stalls  # noqa: E402
-import street  # noqa: E402
-import textures  # noqa: E402
-from shapes import new_collection, place  # noqa: E402
+import lamps
+import life
+import materials
+import stalls
+import street
+import textures
+from shapes import new_collection, place
 
 
 def make(lights=700, frames=48, size=(640, 360), seed=7):

@@ -5,7 +5,9 @@ import bpy
 import textures
 
 
-def principled(name, colour=(0.8, 0.8, 0.8), roughness=0.5, colour_map=None, roughness_map=None, normal_map=None, **more):
+def principled(
+    name, colour=(0.8, 0.8, 0.8), roughness=0.5, colour_map=None, roughness_map=None, normal_map=None, **more
+):
     """A material with one Principled BSDF. more: socket names with underscores for spaces, e.g. Emission_Strength=3."""
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0):  # always true since 5.0
@@ -74,7 +76,12 @@ FRUIT = {
     "peach": (0.93, 0.48, 0.28),
 }
 WALLS = {"ochre": (0.62, 0.45, 0.28), "rose": (0.56, 0.34, 0.32), "blue": (0.28, 0.36, 0.45), "ash": (0.42, 0.41, 0.40)}
-COATS = {"charcoal": (0.03, 0.03, 0.04), "navy": (0.03, 0.05, 0.13), "rust": (0.28, 0.08, 0.03), "sand": (0.42, 0.33, 0.22)}
+COATS = {
+    "charcoal": (0.03, 0.03, 0.04),
+    "navy": (0.03, 0.05, 0.13),
+    "rust": (0.28, 0.08, 0.03),
+    "sand": (0.42, 0.33, 0.22),
+}
 
 
 def build():
@@ -111,7 +118,9 @@ def build():
     for name, tint in COATS.items():
         m[f"coat {name}"] = principled(f"Coat {name}", tint, 0.8)
     for name, tint in PAPER.items():
-        m[f"lantern {name}"] = glowing(f"Lantern {name}", LANTERN_STRENGTH[name], picture=textures.paper(f"Paper {name}", tint))
+        m[f"lantern {name}"] = glowing(
+            f"Lantern {name}", LANTERN_STRENGTH[name], picture=textures.paper(f"Paper {name}", tint)
+        )
     for name, tint in NEON.items():
         m[f"neon {name}"] = glowing(f"Neon {name}", 14.0, tint)
     m["bulb"] = glowing("Bulb", 30.0, (1.0, 0.62, 0.28))

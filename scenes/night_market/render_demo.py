@@ -10,6 +10,7 @@ frame by Blender's own compositor: Open Image Denoise on Headwater's albedo and 
 
 import argparse
 import json
+import os
 import sys
 import time
 from pathlib import Path
@@ -120,7 +121,9 @@ def write_exr(path):
 
 def write_webp(frames, path, fps):
     """An animated picture that browsers play, from (H, W, 3) frames."""
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=round(1000 / fps), loop=0, quality=80, method=2)
+    frames[0].save(
+        path, save_all=True, append_images=frames[1:], duration=round(1000 / fps), loop=0, quality=80, method=2
+    )
 
 
 def write_mp4(paths, path, size, fps):
@@ -186,8 +189,14 @@ def main():
     except RuntimeError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1
-    stats = {"engine": options.engine, "size": options.size, "samples": options.samples, "lights": report["lights"],
-             "seconds": round(times[-1], 2), "frame_seconds": [round(b - a, 3) for a, b in zip([0, *times], times)]}
+    stats = {
+        "engine": options.engine,
+        "size": options.size,
+        "samples": options.samples,
+        "lights": report["lights"],
+        "seconds": round(times[-1], 2),
+        "frame_seconds": [round(b - a, 3) for a, b in zip([0, *times], times)],
+    }
     (folder / "demo.json").write_text(json.dumps(stats, indent=1) + "\n")
     print(f"{len(paths)} frames in {times[-1]:.0f} s")
     for name in ("frame_0001.png", "last_frame.exr", "night_market.webp", "night_market.mp4", "night_market.blend"):
@@ -197,4 +206,7 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    status = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)  # some builds of bpy crash while they tear down after a render; all files are written by now

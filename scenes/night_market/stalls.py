@@ -44,7 +44,9 @@ def fruit_sources(m):
             tall = 1.25 if kind in ("lemon", "lime") else 0.94
             angles = np.linspace(-np.pi / 2, np.pi / 2, 8)
             profile = [(max(r * np.cos(a), 1e-4), r * tall * np.sin(a) - 0.010 * (a > 1.5)) for a in angles]
-            place(f"{kind} {index}", Shape().lathe(profile, 12).mesh(f"{kind} {index}", [m[f"fruit {kind}"]]), collection)
+            place(
+                f"{kind} {index}", Shape().lathe(profile, 12).mesh(f"{kind} {index}", [m[f"fruit {kind}"]]), collection
+            )
         sources[kind] = collection
     return sources
 
@@ -72,23 +74,59 @@ def crate(kind, fruit, m, seed):
 
 def bottle(name, glass, m):
     shape = Shape()
-    outer = [(0.001, 0.0), (0.038, 0.0), (0.04, 0.02), (0.04, 0.17), (0.032, 0.205), (0.014, 0.235), (0.013, 0.29), (0.001, 0.29)]
+    outer = [
+        (0.001, 0.0),
+        (0.038, 0.0),
+        (0.04, 0.02),
+        (0.04, 0.17),
+        (0.032, 0.205),
+        (0.014, 0.235),
+        (0.013, 0.29),
+        (0.001, 0.29),
+    ]
     shape.lathe(outer, 14, slot=0)
     shape.lathe([(0.015, 0.285), (0.016, 0.315), (0.001, 0.316)], 10, slot=1)
     return shape.mesh(name, [m[glass], m["brass"]])
 
 
 def pot(name, metal, m, wide=0.17):
-    profile = [(0.001, 0.0), (wide * 0.7, 0.0), (wide, 0.07), (wide * 1.02, 0.17), (wide * 1.1, 0.18), (wide * 1.08, 0.19),
-               (wide * 0.97, 0.17), (wide * 0.94, 0.08), (0.001, 0.03)]
+    profile = [
+        (0.001, 0.0),
+        (wide * 0.7, 0.0),
+        (wide, 0.07),
+        (wide * 1.02, 0.17),
+        (wide * 1.1, 0.18),
+        (wide * 1.08, 0.19),
+        (wide * 0.97, 0.17),
+        (wide * 0.94, 0.08),
+        (0.001, 0.03),
+    ]
     shape = Shape().lathe(profile, 28)
     for y in (-1, 1):
-        shape.tube([(0.05, y * wide, 0.13), (0.045, y * (wide + 0.06), 0.15), (-0.045, y * (wide + 0.06), 0.15), (-0.05, y * wide, 0.13)], 0.011, 7)
+        shape.tube(
+            [
+                (0.05, y * wide, 0.13),
+                (0.045, y * (wide + 0.06), 0.15),
+                (-0.045, y * (wide + 0.06), 0.15),
+                (-0.05, y * wide, 0.13),
+            ],
+            0.011,
+            7,
+        )
     return shape.mesh(name, [m[metal]])
 
 
 def cup(name, cloth, m):
-    profile = [(0.001, 0), (0.03, 0), (0.028, 0.01), (0.055, 0.05), (0.06, 0.075), (0.055, 0.075), (0.045, 0.03), (0.001, 0.02)]
+    profile = [
+        (0.001, 0),
+        (0.03, 0),
+        (0.028, 0.01),
+        (0.055, 0.05),
+        (0.06, 0.075),
+        (0.055, 0.075),
+        (0.045, 0.03),
+        (0.001, 0.02),
+    ]
     return Shape().lathe(profile, 16).mesh(name, [m[cloth]])
 
 
@@ -101,9 +139,15 @@ class Goods:
         fruit = fruit_sources(m)
         self.crates = [crate(kind, source, m, 100 + i) for i, (kind, source) in enumerate(fruit.items())]
         self.bottles = [bottle(f"Bottle {c}", f"glass {c}", m) for c in ("green", "amber", "blue")]
-        self.pots = [pot("Pot copper", "copper", m), pot("Pot steel", "steel", m, 0.14), pot("Pot brass", "brass", m, 0.11)]
+        self.pots = [
+            pot("Pot copper", "copper", m),
+            pot("Pot steel", "steel", m, 0.14),
+            pot("Pot brass", "brass", m, 0.11),
+        ]
         self.cups = [cup(f"Cup {c}", f"cloth {c}", m) for c in ("teal", "indigo", "red", "ochre")]
-        self.hook = Shape().tube(catenary((0, -WIDTH / 2, 0), (0, WIDTH / 2, 0), 0.04, 9), 0.008, 5).mesh("Rail", [m["iron"]])
+        self.hook = (
+            Shape().tube(catenary((0, -WIDTH / 2, 0), (0, WIDTH / 2, 0), 0.04, 9), 0.008, 5).mesh("Rail", [m["iron"]])
+        )
 
     def lay(self, kind, stall, scene, rng):
         """stall: the stall's frame object; goods become its children."""
@@ -115,26 +159,57 @@ class Goods:
             thing.parent = stall
 
         if kind == "fruit":
-            for i, y in enumerate(np.linspace(-1.02, 1.02, 4)):
+            for y in np.linspace(-1.02, 1.02, 4):
                 for row in range(2):
                     source = self.crates[int(rng.integers(len(self.crates)))]
                     put("Crate", source, (-0.2 - 0.42 * row, y, 0.90 + 0.13 * row), rng.normal(0, 0.03), 0.22)
-            put("Crate", self.crates[int(rng.integers(len(self.crates)))], (0.38, rng.uniform(-0.9, 0.9), 0.0), rng.uniform(-0.3, 0.3))
+            put(
+                "Crate",
+                self.crates[int(rng.integers(len(self.crates)))],
+                (0.38, rng.uniform(-0.9, 0.9), 0.0),
+                rng.uniform(-0.3, 0.3),
+            )
         elif kind == "bottles":
-            for z, x, step in ((0.89, -0.25, 0.17), (0.89, -0.5, 0.21), (1.47, -DEPTH + 0.18, 0.13), (1.97, -DEPTH + 0.18, 0.15)):
+            for z, x, step in (
+                (0.89, -0.25, 0.17),
+                (0.89, -0.5, 0.21),
+                (1.47, -DEPTH + 0.18, 0.13),
+                (1.97, -DEPTH + 0.18, 0.15),
+            ):
                 for y in np.arange(-WIDTH / 2 + 0.2, WIDTH / 2 - 0.15, step):
                     which = int(rng.integers(3))
-                    put("Bottle", self.bottles[which], (x + rng.normal(0, 0.02), y, z), rng.uniform(0, 6), 0, rng.uniform(0.85, 1.2))
+                    put(
+                        "Bottle",
+                        self.bottles[which],
+                        (x + rng.normal(0, 0.02), y, z),
+                        rng.uniform(0, 6),
+                        0,
+                        rng.uniform(0.85, 1.2),
+                    )
         elif kind == "kitchen":
             for y in np.linspace(-1.0, 1.0, 5):
-                put("Pot", self.pots[int(rng.integers(3))], (-0.35 + rng.normal(0, 0.06), y, 0.89), rng.uniform(0, 6), 0, rng.uniform(0.9, 1.25))
+                put(
+                    "Pot",
+                    self.pots[int(rng.integers(3))],
+                    (-0.35 + rng.normal(0, 0.06), y, 0.89),
+                    rng.uniform(0, 6),
+                    0,
+                    rng.uniform(0.9, 1.25),
+                )
             put("Rail", self.hook, (-0.2, 0, 2.06))
             for y in np.linspace(-1.1, 1.1, 7):
                 put("Hanging pot", self.pots[int(rng.integers(3))], (-0.2, y, 1.84), 0, 1.35, rng.uniform(0.6, 0.9))
         else:
             for x in (-0.2, -0.42, -0.64):
                 for y in np.arange(-1.15, 1.2, 0.19):
-                    put("Cup", self.cups[int(rng.integers(4))], (x, y + rng.normal(0, 0.015), 0.89), rng.uniform(0, 6), 0, rng.uniform(0.9, 1.2))
+                    put(
+                        "Cup",
+                        self.cups[int(rng.integers(4))],
+                        (x, y + rng.normal(0, 0.015), 0.89),
+                        rng.uniform(0, 6),
+                        0,
+                        rng.uniform(0.9, 1.2),
+                    )
             for z in (1.47, 1.97):
                 for y in np.arange(-1.1, 1.2, 0.28):
                     put("Jar", self.pots[int(rng.integers(3))], (-DEPTH + 0.2, y, z), rng.uniform(0, 6), 0, 0.65)

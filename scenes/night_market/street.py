@@ -79,7 +79,11 @@ def houses(m, scene, rng):
             _roof(shape, side, face, y, width, height)
             if rng.random() < 0.5 and floors > 2:
                 _balcony(shape, side, face, y + width / 2, 3.15 + 2.75 * int(rng.integers(0, floors - 2)), width * 0.62)
-            place(f"House {wall}", shape.mesh(f"House {wall}", [m[f"wall {wall}"], m["dark wood"], m["roof"], m["iron"]]), scene)
+            place(
+                f"House {wall}",
+                shape.mesh(f"House {wall}", [m[f"wall {wall}"], m["dark wood"], m["roof"], m["iron"]]),
+                scene,
+            )
             columns = int(width // 1.6)
             for level in range(1, floors):
                 for column in range(columns):
@@ -93,11 +97,20 @@ def houses(m, scene, rng):
 
 def _roof(shape, side, face, y, width, height):
     rise = 1.1
-    points = np.array([[[face - side * 0.65, y - 0.05, height + 0.2], [face - side * 0.65, y + width + 0.05, height + 0.2]],
-                       [[face + side * 3, y - 0.05, height + 0.2 + rise], [face + side * 3, y + width + 0.05, height + 0.2 + rise]]])
+    points = np.array(
+        [
+            [[face - side * 0.65, y - 0.05, height + 0.2], [face - side * 0.65, y + width + 0.05, height + 0.2]],
+            [
+                [face + side * 3, y - 0.05, height + 0.2 + rise],
+                [face + side * 3, y + width + 0.05, height + 0.2 + rise],
+            ],
+        ]
+    )
     shape.sheet(points if side < 0 else points[:, ::-1], 2, smooth=False)
     for ridge in np.arange(y, y + width, 0.42):
-        shape.tube([(face - side * 0.68, ridge, height + 0.23), (face + side * 3, ridge, height + 0.23 + rise)], 0.06, 6, 2)
+        shape.tube(
+            [(face - side * 0.68, ridge, height + 0.23), (face + side * 3, ridge, height + 0.23 + rise)], 0.06, 6, 2
+        )
 
 
 def _balcony(shape, side, face, y, z, width):
@@ -121,9 +134,11 @@ def gate(m, scene, y=33.0):
         x = np.linspace(-half, half, 25)
         lift = 0.75 * np.abs(x / half) ** 3
         for way in (-1, 1):
-            rows = [np.column_stack([x, np.full(25, y + way * depth), z + lift]),
-                    np.column_stack([x, np.full(25, y + way * depth * 0.45), z + 0.32 + lift]),
-                    np.column_stack([x * 0.93, np.full(25, y), z + 0.75 + lift])]
+            rows = [
+                np.column_stack([x, np.full(25, y + way * depth), z + lift]),
+                np.column_stack([x, np.full(25, y + way * depth * 0.45), z + 0.32 + lift]),
+                np.column_stack([x * 0.93, np.full(25, y), z + 0.75 + lift]),
+            ]
             shape.sheet(np.array(rows), 2)
         shape.tube(np.column_stack([x * 0.93, np.full(25, y), z + 0.78 + lift]), 0.09, 8, 2)
         shape.box((0, y, z + 0.2), (half * 1.5, 0.5, 0.5), 0)
@@ -139,14 +154,23 @@ def tower(m, scene, y=58.0):
         shape.box((0, y, z + height / 2), (half * 1.5, half * 1.5, height), 0)
         for x in np.linspace(-half * 0.52, half * 0.52, 4):
             front = y - half * 0.76
-            shape.quad([(x - 0.3, front, z + 0.6), (x + 0.3, front, z + 0.6), (x + 0.3, front, z + height - 0.5),
-                        (x - 0.3, front, z + height - 0.5)], 2)
+            shape.quad(
+                [
+                    (x - 0.3, front, z + 0.6),
+                    (x + 0.3, front, z + 0.6),
+                    (x + 0.3, front, z + height - 0.5),
+                    (x - 0.3, front, z + height - 0.5),
+                ],
+                2,
+            )
         z += height
         ring = np.linspace(0, 2 * math.pi, 33)
         corner = 1 / np.maximum(np.abs(np.cos(ring)), np.abs(np.sin(ring)))
         sweep = 0.45 * (corner - 1) / 0.414
-        rows = [np.column_stack([np.cos(ring) * corner * r, y + np.sin(ring) * corner * r, np.full(33, z + h) + sweep * k])
-                for r, h, k in ((half * 1.22, -0.15, 1), (half * 0.95, 0.12, 0.5), (half * 0.62, 0.6, 0))]
+        rows = [
+            np.column_stack([np.cos(ring) * corner * r, y + np.sin(ring) * corner * r, np.full(33, z + h) + sweep * k])
+            for r, h, k in ((half * 1.22, -0.15, 1), (half * 0.95, 0.12, 0.5), (half * 0.62, 0.6, 0))
+        ]
         shape.sheet(np.array(rows), 1)
         z += 0.35
     shape.tube([(0, y, z), (0, y, z + 2.6)], np.array([0.14, 0.02]), 8, 3)
