@@ -31,7 +31,7 @@
 HW_NAMESPACE_BEGIN
 
 HW_CONST uint HW_PROGRAM_MAGIC = 0x48570001u;   // "HW", version 1
-HW_CONST uint HW_VM_REGISTERS = 32u;
+HW_CONST uint HW_VM_REGISTERS = 64u;
 HW_CONST uint HW_VM_MAX_ROWS = 16384u;          // rows in one program
 HW_CONST uint HW_VM_MAX_CONSTANTS = 32768u;     // constants of one material
 HW_CONST uint HW_VM_MAX_CLOSURE_ROWS = 64u;     // closure rows in one section

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pixels of Blender images as the core takes them, in Cycles' conventions.
+
+8-bit images stay 8-bit with a flag for sRGB, decoded after filtering. Colour with alpha is premultiplied (so that
+filtering does not bleed), but for data and for the channel-packed and "none" alpha modes.
+"""
+
+import os
+import re
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+_LINEAR = {"Linear Rec.709", "Linear", "scene_linear", "Raw", "Non-Color", "Generic Data"}
+_SRGB = {"sRGB", "Filmic sRGB", "AgX Base sRGB"}
+
+
+@dataclass(frozen=True, eq=False)
+class ImageRequest:
+    """An image a material reads; `frame`: of a sequence or movie, else 0."""
+
+    image: bpy.types.Image
+    frame: int = 0
+
+
+@dataclass
+class LoadedImage:
+    """pixels: (H, W, C) uint8, float16 or float32, bottom row first; None: the image is missing."""
+
+    name: str
+    pixels: np.ndarray | None
+    srgb: bool = False
+    premultiplied: bool = False
+    notes: list = field(default_factory=list)
+
+
+def image_key(request: ImageRequest) -> tuple:
+    """Equal for requests that load the same pixels. Stable over undo and renaming."""
+    img = request.image
+    return (img.original.session_uid, request.frame, img.colorspace_settings.name, img.alpha_mode)
+
+
+def _is_data(img) -> bool:
+    return bool(getattr(img.colorspace_settings, "is_data", img.colorspace_settings.name == "Non-Color"))
+
+
+def load_pixels(request: ImageRequest) -> LoadedImage:
+    """Loads an image. Never raises for a bad file: the result is then missing, with a note."""
+    img = request.image
+    loaded = LoadedImage(img.name, None)
+    try:
+        if img.source == "SEQUENCE":
+            return _load_sequence(request, loaded)
+        if img.source == "MOVIE":
+            loaded.notes.append(f"Image '{img.name}': movies are not supported; the loaded frame is used")
+        pixels = _read(img)
+    except (RuntimeError, ValueError, MemoryError) as error:
+        loaded.notes.append(f"Image '{img.name}': it can't be read ({error})")
+        return loaded
+    if pixels is None:
+        path = img.filepath or "no file"
+        loaded.notes.append(f"Image '{img.name}': it is missing or can't be read ({path})")
+        return loaded
+    return _finish(img, pixels, img.is_float, loaded)
+
+
+def _read(img):
+    """(H, W, C) float32 as Blender's `pixels` gives them, or None."""
+    width, height = img.size
+    channels = img.channels
+    if width == 0 or height == 0 or channels == 0:
+        return None
+    pixels = np.empty(width * height * channels, np.float32)
+    img.pixels.foreach_get(pixels)
+    return pixels.reshape(height, width, channels) if img.has_data or img.source == "GENERATED" else None
+
+
+def _load_sequence(request, loaded: LoadedImage) -> LoadedImage:
+    from headwater.errors import UserError
+    from headwater.texture_io import load_texture
+
+    img = request.image
+    path = bpy.path.abspath(img.filepath, library=img.library)
+    folder, name = os.path.split(path)
+    digits = list(re.finditer(r"\d+", name))
+    if digits:
+        last = digits[-1]
+        name = f"{name[:last.start()]}{request.frame:0{len(last[0])}d}{name[last.end():]}"
+    try:
+        texture = load_texture(os.path.join(folder, name))
+    except UserError as error:
+        loaded.notes.append(f"Image '{img.name}', frame {request.frame}: {error}")
+        return loaded
+    pixels = texture.pixels
+    if not texture.is_float:
+        pixels = pixels.astype(np.float32) * (1.0 / 255.0)
+    return _finish(img, pixels, texture.is_float, loaded)
+
+
+def _finish(img, pixels, is_float: bool, loaded: LoadedImage) -> LoadedImage:
+    data = _is_data(img)
+    space = img.colorspace_settings.name
+    alpha = pixels.shape[2] == 4
+    if pixels.shape[2] == 2:
+        pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
+        alpha = True
+    if alpha and img.alpha_mode == "NONE":
+        pixels[..., 3] = 1.0
+        alpha = False
+    premultiply = alpha and not data and img.alpha_mode in ("STRAIGHT", "PREMUL")
+    loaded.premultiplied = premultiply
+    if is_float:
+        # Blender keeps float images scene-linear; those with straight alpha are premultiplied when they are loaded.
+        if not np.isfinite(pixels).all():
+            loaded.notes.append(f"Image '{img.name}': it has pixels that are not finite; they are taken as 0")
+            pixels = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+        half = img.depth <= 16 * img.channels and float(np.abs(pixels).max(initial=0.0)) < 65504.0
+        loaded.pixels = pixels.astype(np.float16) if half and img.depth else pixels
+        return loaded
+    if premultiply:
+        pixels[..., :3] *= pixels[..., 3:]
+    if not data and space not in _LINEAR and space not in _SRGB:
+        loaded.notes.append(f"Image '{img.name}': colour space '{space}' is read as sRGB")
+    loaded.srgb = not data and space not in _LINEAR
+    np.clip(pixels, 0.0, 1.0, out=pixels)
+    pixels *= 255.0
+    pixels += 0.5
+    loaded.pixels = pixels.astype(np.uint8)
+    if loaded.pixels.shape[2] == 4 and not alpha:
+        loaded.pixels[..., 3] = 255
+    return loaded

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sky Texture: Preetham, Shirley and Smits 1999, "A practical analytic model for daylight", evaluated in the program.
+
+Blender's Hosek-Wilkie and Nishita (single and multiple scattering) skies are approximated by it: the sun's place, a
+turbidity and the picture's exposure follow the node, its colours do not exactly. The sun's disc is left out.
+"""
+
+import math
+
+from headwater.materials import opcodes as op
+
+# Perez coefficients A .. E as turbidity * first + second, for luminance Y and chromaticities x, y.
+_PEREZ = {
+    "Y": ((0.1787, -1.4630), (-0.3554, 0.4275), (-0.0227, 5.3251), (0.1206, -2.5771), (-0.0670, 0.3703)),
+    "x": ((-0.0193, -0.2592), (-0.0665, 0.0008), (-0.0004, 0.2125), (-0.0641, -0.8989), (-0.0033, 0.0452)),
+    "y": ((-0.0167, -0.2608), (-0.0950, 0.0092), (-0.0079, 0.2102), (-0.0441, -1.6537), (-0.0109, 0.0529)),
+}
+# Zenith chromaticity: rows of powers of turbidity (2, 1, 0), columns of powers of the sun's zenith angle (3 .. 0).
+_ZENITH = {
+    "x": ((0.00166, -0.00375, 0.00209, 0.0), (-0.02903, 0.06377, -0.03202, 0.00394), (0.11693, -0.21196, 0.06052, 0.25886)),
+    "y": ((0.00275, -0.00610, 0.00317, 0.0), (-0.04214, 0.08970, -0.04153, 0.00516), (0.15346, -0.26756, 0.06670, 0.26688)),
+}
+_NISHITA = {"NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}
+
+
+def _zenith(turbidity: float, theta: float) -> dict:
+    chi = (4.0 / 9.0 - turbidity / 120.0) * (math.pi - 2.0 * theta)
+    zenith = {"Y": (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192}
+    for channel, rows in _ZENITH.items():
+        powers = [sum(c * theta ** (3 - i) for i, c in enumerate(row)) for row in rows]
+        zenith[channel] = powers[0] * turbidity**2 + powers[1] * turbidity + powers[2]
+    return zenith
+
+
+def _perez(c, theta: float, gamma: float) -> float:
+    return (1.0 + c[0] * math.exp(c[1] / math.cos(theta))) * (
+        1.0 + c[2] * math.exp(c[3] * gamma) + c[4] * math.cos(gamma) ** 2
+    )
+
+
+def sky(call, direction):
+    """Radiance of the sky, as the node's colour, along `direction`."""
+    g, node = call.graph, call.node
+    if node.sky_type in _NISHITA:
+        call.unsupported("this sky model is approximated by Preetham's, without the sun's disc")
+        elevation, azimuth = node.sun_elevation, node.sun_rotation
+        sun = (math.sin(azimuth) * math.cos(elevation), math.cos(azimuth) * math.cos(elevation), math.sin(elevation))
+        turbidity = 2.0 + 2.0 * max(0.0, min(4.0, getattr(node, "aerosol_density", getattr(node, "dust_density", 1.0))))
+        scale = 1.0
+    else:
+        if node.sky_type == "HOSEK_WILKIE":
+            call.unsupported("the Hosek-Wilkie sky is approximated by Preetham's")
+        sun, turbidity, scale = tuple(node.sun_direction), node.turbidity, 1.0
+    norm = math.sqrt(sum(x * x for x in sun)) or 1.0
+    sun = tuple(x / norm for x in sun)
+    # The model knows no sun below the horizon.
+    theta_sun = min(math.acos(max(-1.0, min(1.0, sun[2]))), math.radians(89.0))
+    zenith = _zenith(turbidity, theta_sun)
+    unit = g.normalize(direction)
+    cos_theta = g.max(g.component(unit, 2), g.const(0.01))
+    cos_gamma = g.clamp(g.dot(unit, g.const(*sun)), -1.0, 1.0)
+    gamma = g.function(op.MATH_ACOS, cos_gamma)
+    # The three channels of Perez' formula at once.
+    coefficients = [[t[0] * turbidity + t[1] for t in _PEREZ[channel]] for channel in "Yxy"]
+    a, b, c, d, e = (g.const(*(row[i] for row in coefficients)) for i in range(5))
+    inverse = g.div(g.one, cos_theta)
+    exp_theta = g.by_component(op.MATH_EXP, g.mul(b, inverse))
+    exp_gamma = g.by_component(op.MATH_EXP, g.mul(d, gamma))
+    value = g.mul(g.fma(a, exp_theta, g.one), g.fma(c, exp_gamma, g.fma(e, g.mul(cos_gamma, cos_gamma), g.one)))
+    normalisation = [zenith[ch] / _perez(row, 0.0, theta_sun) for ch, row in zip("Yxy", coefficients, strict=True)]
+    # Kilocandela to the node's unit: Blender's Preetham sky has about 0.04 a kcd/m^2.
+    normalisation[0] *= 0.04 * scale
+    value = g.mul(value, g.const(*normalisation))
+    luminance, x, y = (g.component(value, i) for i in range(3))
+    big_x = g.mul(g.div(x, y), luminance)
+    big_z = g.mul(g.div(g.sub(g.one_minus(x), y), y), luminance)
+    rows = ((3.2404542, -1.5371385, -0.4985314, 0), (-0.9692660, 1.8760108, 0.0415560, 0), (0.0556434, -0.2040259, 1.0572252, 0))
+    return g.max(g.matrix(g.combine(big_x, luminance, big_z), rows), g.zero)
