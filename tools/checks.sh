@@ -4,12 +4,20 @@
 
 cxx_files() { git ls-files -z --cached --others --exclude-standard -- 'core/*.h' 'core/*.cpp' 'shaders/*.h' 'tools/*.cpp'; }
 
+# One line a file: the whole difference is what ./dev format makes.
+clang_format_check() {
+  local found
+  found=$(cxx_files | xargs -0 -r "$root/.venv/bin/clang-format" --dry-run --style=file 2>&1 |
+    sed -n 's/^\([^ :]*\):[0-9]*:[0-9]*: .*/\1: clang-format would change it/p' | sort -u) || return 1
+  [ -z "$found" ] || { printf '%s\n' "$found"; return 1; }
+}
+
 lint() {
   local failed=0
   step="lint"
-  cxx_files | xargs -0 -r "$root/.venv/bin/clang-format" --dry-run -Werror --style=file || failed=1
+  clang_format_check || failed=1
   "$py" -m ruff check . || failed=1
-  "$py" -m ruff format --check . || failed=1
+  "$py" -m ruff format --check --output-format concise . || failed=1
   "$py" tools/check_tree.py || failed=1
   if [ "$failed" -ne 0 ]; then
     say "lint: FAILED (./dev format mends what can be mended)"
