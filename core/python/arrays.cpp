@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+// Checks of array arguments and the words for what is wrong with them.
 #include "python/arrays.h"
+
+#include <algorithm>
+
+#include <nanobind/stl/string.h>
 
 namespace hw::python {
 namespace {
@@ -45,12 +50,7 @@ bool is_contiguous(const AnyArray& array) {
 
 AnyArray any_array(nb::handle value, const std::string& what) {
   AnyArray array;
-  bool taken = false;
-  try {
-    taken = !value.is_none() && nb::try_cast<AnyArray>(value, array);
-  } catch (const std::bad_cast&) {  // a list, for one
-  }
-  if (!taken) {
+  if (value.is_none() || !nb::try_cast<AnyArray>(value, array)) {
     const std::string message = what + " must be an array, not " + nb::cast<std::string>(nb::str(nb::type_name(value.type())));
     throw nb::type_error(message.c_str());
   }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pixels become texels: one channel of bytes stays so, everything else is RGBA of its type.
 #include "python/pixels.h"
 
 #include <cstring>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// One setter for each member of RenderSettings, found by name.
 #include "python/settings.h"
 
 #include <cmath>
