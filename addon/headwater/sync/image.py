@@ -13,11 +13,10 @@ class ImageSync:
         self._scene, self._ids, self._notes = scene, ids, notes
         self._loaded: set[tuple] = set()
         self._seen: set[tuple] = set()
-        self._changed: set[int] = set()
 
     def begin(self, updates) -> None:
         self._seen = set()
-        self._changed = updates.images
+        self._loaded = {key for key in self._loaded if key[0] not in updates.images}
 
     def keep(self, keys) -> None:
         """Images of a material that was not compiled again are still in use."""
@@ -33,10 +32,6 @@ class ImageSync:
             self._scene.upsert_image(number, settings.pop("name"), pixels, **settings)
             self._loaded.add(key)
         return number, key
-
-    def forget(self, keys) -> None:
-        """Lets changed images be loaded again."""
-        self._loaded.difference_update(keys)
 
     def _load(self, request):
         loaded = node_images.load_pixels(request)

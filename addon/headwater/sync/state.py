@@ -79,8 +79,9 @@ class SceneSync:
         view_layer = depsgraph.view_layer_eval
         self.images.begin(updates)
         self.materials.begin(updates, view_layer.material_override)
-        with naming("World", depsgraph.scene_eval.name):
-            self.world.sync(depsgraph.scene_eval, view_layer, updates)
+        world = getattr(view_layer, "world_override", None) or depsgraph.scene_eval.world
+        with naming("World", world.name if world is not None else "none"):
+            self.world.sync(world)
         self.materials.sync(depsgraph)
         after_materials = time.perf_counter()
 

@@ -32,9 +32,8 @@ class WorldSync:
         self._last = None
         self._image_keys: tuple = ()
 
-    def sync(self, scene, view_layer, _updates) -> None:
-        """`scene`, `view_layer`: evaluated."""
-        world = getattr(view_layer, "world_override", None) or scene.world
+    def sync(self, world) -> None:
+        """`world`: evaluated, or None for darkness."""
         if world is None:
             self._set("World", (0.0, 0.0, 0.0), None, (), True, 0, self._flags["HW_LIGHT_CAMERA"])
             return
