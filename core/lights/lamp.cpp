@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One lamp's settings in Blender's units to the record that shaders sample. Facts of Cycles 5.0: a lamp's power is divided
-// by its area and pi (a true point's area is taken as 4), a sun's by the area of its disk of directions; Normalize off
-// leaves out the area. Scale changes the size of area lamps and the cone of spots, not radii.
+// One lamp's settings in Blender's units to the record that shaders sample. Facts of Cycles 5.0: a lamp's power is
+// divided by its area and pi (a true point's area is taken as 4), a sun's by the area of its disk of directions;
+// Normalize off leaves out the area. Scale changes the size of area lamps and the cone of spots, not radii.
 #include <algorithm>
 #include <cmath>
 
@@ -117,7 +117,8 @@ double fill_area(const LightData& data, const Axes& c, Lamp& lamp) {
     r.spot_smooth = 0;
   } else if (half > 0) {
     r.spread_or_spot = static_cast<float>(std::tan(half));
-    r.spot_smooth = static_cast<float>(std::min(half > 0.05 ? 1 / (std::tan(half) - half) : 3 / (half * half * half), 1e30));
+    r.spot_smooth =
+        static_cast<float>(std::min(half > 0.05 ? 1 / (std::tan(half) - half) : 3 / (half * half * half), 1e30));
   } else {
     r.spread_or_spot = 0;
     r.spot_smooth = 1;

@@ -25,10 +25,11 @@ struct SlotEmission {
   double radiance = 0;  // for the odds
   std::uint32_t flags = 0;
   std::uint32_t material = HW_NONE;
-  bool back = false;    // sampled from the back only
+  bool back = false;  // sampled from the back only
 };
 
-SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const MaterialRecord> materials, std::size_t slot) {
+SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const MaterialRecord> materials,
+                           std::size_t slot) {
   SlotEmission e;
   const std::size_t count = instance.slot_materials.size();
   if (count == 0) return e;
@@ -67,7 +68,8 @@ class TriangleWriter {
   void run(const std::vector<std::uint32_t>& which) {
     for (std::uint32_t i : which) {
       const std::size_t count = input_.instances[i].tri_vertices.size() / 3;
-      for (std::size_t b = 0; b < count; b += kTrianglesPerTask) tasks_.push_back({i, b, std::min(count, b + kTrianglesPerTask)});
+      for (std::size_t b = 0; b < count; b += kTrianglesPerTask)
+        tasks_.push_back({i, b, std::min(count, b + kTrianglesPerTask)});
     }
     unusable_.assign(input_.instances.size(), 0);
     const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
@@ -78,7 +80,8 @@ class TriangleWriter {
     for (std::thread& t : threads) t.join();
     if (!error_.empty()) throw SceneError(error_);
     for (std::uint32_t i : which) {
-      if (unusable_[i]) table_.warnings.push_back({input_.instances[i].name, "has emissive triangles that are not finite"});
+      if (unusable_[i])
+        table_.warnings.push_back({input_.instances[i].name, "has emissive triangles that are not finite"});
     }
   }
 
@@ -102,8 +105,8 @@ class TriangleWriter {
       return vec3(m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
                   m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]);
     };
-    const double determinant = glm::dot(glm::dvec3(m[0], m[4], m[8]),
-                                        glm::cross(glm::dvec3(m[1], m[5], m[9]), glm::dvec3(m[2], m[6], m[10])));
+    const double determinant =
+        glm::dot(glm::dvec3(m[0], m[4], m[8]), glm::cross(glm::dvec3(m[1], m[5], m[9]), glm::dvec3(m[2], m[6], m[10])));
     std::array<SlotEmission, 256> slots;
     const std::size_t slot_count = std::clamp<std::size_t>(in.slot_materials.size(), 1, 256);
     for (std::size_t s = 0; s < slot_count; ++s) slots[s] = slot_emission(in, input_.materials, s);
@@ -112,8 +115,8 @@ class TriangleWriter {
     for (std::size_t t = task.begin; t < task.end; ++t) {
       const std::uint32_t* v = in.tri_vertices.data() + 3 * t;
       if (v[0] >= vertices || v[1] >= vertices || v[2] >= vertices) {
-        throw SceneError("instance '" + in.name + "': triangle " + std::to_string(t) + " uses a vertex beyond the mesh's " +
-                         std::to_string(vertices));
+        throw SceneError("instance '" + in.name + "': triangle " + std::to_string(t) +
+                         " uses a vertex beyond the mesh's " + std::to_string(vertices));
       }
       const std::size_t slot = in.tri_slots.empty() ? 0 : std::min<std::size_t>(in.tri_slots[t], slot_count - 1);
       const SlotEmission& e = slots[slot];
@@ -248,7 +251,8 @@ void update_light_table(LightTable& table, const LightTableInput& input, std::sp
     if (i >= input.instances.size()) throw SceneError("update_light_table: instance index out of range");
     const std::size_t end = i + 1 < table.instance_offset.size() ? table.instance_offset[i + 1] : table.lights.size();
     if (input.instances[i].tri_vertices.size() / 3 != end - table.instance_offset[i]) {
-      throw SceneError("update_light_table: instance '" + input.instances[i].name + "' changed its mesh, build the table anew");
+      throw SceneError("update_light_table: instance '" + input.instances[i].name +
+                       "' changed its mesh, build the table anew");
     }
   }
   const std::vector<float> before = table.weights;
@@ -256,7 +260,8 @@ void update_light_table(LightTable& table, const LightTableInput& input, std::sp
   write_lamps(input, table);
   TriangleWriter(input, table).run({moved.begin(), moved.end()});
   bool same = true;
-  for (std::size_t i = 0; i < before.size() && same; ++i) same = std::abs(before[i] - table.weights[i]) <= 1e-4f * before[i];
+  for (std::size_t i = 0; i < before.size() && same; ++i)
+    same = std::abs(before[i] - table.weights[i]) <= 1e-4f * before[i];
   if (!same) write_alias(input.selection, table);
 }
 

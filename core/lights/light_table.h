@@ -24,7 +24,7 @@ enum class LightSelection {
 // An instance whose mesh has at least one emissive slot. Pointers must live during the call.
 struct EmissiveInstance {
   std::string name;
-  std::uint32_t instance = 0;                     // index in the instance table
+  std::uint32_t instance = 0;  // index in the instance table
   Matrix34 object_to_world{};
   std::span<const float> positions;               // 3 V, object space
   std::span<const std::uint32_t> tri_vertices;    // 3 T
@@ -34,38 +34,38 @@ struct EmissiveInstance {
 };
 
 struct WorldLight {
-  bool emits = false;                             // take it as a light (next-event estimation towards the world)
-  std::array<float, 3> mean_radiance{0, 0, 0};    // over the sphere of directions
+  bool emits = false;                           // take it as a light (next-event estimation towards the world)
+  std::array<float, 3> mean_radiance{0, 0, 0};  // over the sphere of directions
   std::uint32_t material = HW_NONE;
-  std::uint32_t flags = 0;                        // HW_LIGHT_*
+  std::uint32_t flags = 0;  // HW_LIGHT_*
 };
 
 struct LightTableInput {
   std::span<const LightData> lamps;
   std::span<const EmissiveInstance> instances;
-  std::span<const MaterialRecord> materials;      // emission and flags are read
+  std::span<const MaterialRecord> materials;  // emission and flags are read
   WorldLight world;
-  float scene_radius = 1;                         // of a sphere about everything [m]; scales suns and the world
+  float scene_radius = 1;  // of a sphere about everything [m]; scales suns and the world
   LightSelection selection = LightSelection::kPower;
 };
 
 struct LightWarning {
-  std::string name;    // of the lamp or instance
+  std::string name;  // of the lamp or instance
   std::string reason;
 };
 
 struct LightTable {
-  std::vector<LightRecord> lights;                // lamps, suns last among them; the world; triangles
-  std::vector<LampShape> shapes;                  // one for each lamp
-  std::vector<float> weights;                     // one for each light: flux estimate [W]; 0: never chosen
-  std::vector<AliasEntry> alias;                  // one for each light
-  std::vector<std::uint32_t> lamp_index;          // where input lamp i went
-  std::vector<std::uint32_t> instance_offset;     // first light of input instance i; its triangle t is at offset + t
+  std::vector<LightRecord> lights;             // lamps, suns last among them; the world; triangles
+  std::vector<LampShape> shapes;               // one for each lamp
+  std::vector<float> weights;                  // one for each light: flux estimate [W]; 0: never chosen
+  std::vector<AliasEntry> alias;               // one for each light
+  std::vector<std::uint32_t> lamp_index;       // where input lamp i went
+  std::vector<std::uint32_t> instance_offset;  // first light of input instance i; its triangle t is at offset + t
   std::uint32_t lamp_count = 0;
   std::uint32_t sun_offset = 0, sun_count = 0;
   std::uint32_t world_light = HW_NONE;
-  float total_weight = 0;                         // 0: nothing to sample
-  std::vector<LightWarning> warnings;             // lights left out (weight 0), with the reason
+  float total_weight = 0;              // 0: nothing to sample
+  std::vector<LightWarning> warnings;  // lights left out (weight 0), with the reason
 };
 
 // Builds the table in O(lights), on several threads for large meshes. Lights that cannot emit (power not finite or not
@@ -74,8 +74,8 @@ struct LightTable {
 LightTable build_light_table(const LightTableInput& input);
 
 // The same scene with other lamp settings or matrices: rewrites lamps, the world and the instances listed in `moved`
-// (indices into input.instances), and the odds where weights changed. Counts and order of everything must be as when the
-// table was built; throws SceneError otherwise. Call build_light_table instead when the selection changed.
+// (indices into input.instances), and the odds where weights changed. Counts and order of everything must be as when
+// the table was built; throws SceneError otherwise. Call build_light_table instead when the selection changed.
 void update_light_table(LightTable& table, const LightTableInput& input, std::span<const std::uint32_t> moved);
 
 // One lamp's record and shape, and its flux estimate [W]. `reason` says why it does not emit, empty when it does.

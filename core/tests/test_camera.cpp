@@ -220,13 +220,16 @@ TEST_CASE("the headers compile as GLSL") {
 #include "lib/filter.h"
 #include "lib/camera.h"
 layout(local_size_x = 64) in;
-layout(buffer_reference, scalar) buffer Work { LightRecord light; CameraRecord camera; WorldDistribution world; vec3 P; float sum; };
+layout(buffer_reference, scalar) buffer Work {
+  LightRecord light; CameraRecord camera; WorldDistribution world; vec3 P; float sum;
+};
 layout(push_constant, scalar) uniform Push { uint64_t address; };
 void main() {
   Work w = Work(address);
   uint x = gl_GlobalInvocationID.x;
   vec4 u = sampler_4d(sampler_pixel_hash(x, 1u), 3u, HW_DIM_LENS, 5u);
-  vec3 v = sampler_blue_3d(x, 2u, 0u, 4u, 5u, 6u) + vec3(sampler_1d(x, 0u, 0u, 0u), sampler_2d(x, 0u, 1u, 0u)) + sampler_3d(x, 1u, 2u, 3u);
+  vec3 v = sampler_blue_3d(x, 2u, 0u, 4u, 5u, 6u) + sampler_3d(x, 1u, 2u, 3u);
+  v += vec3(sampler_1d(x, 0u, 0u, 0u), sampler_2d(x, 0u, 1u, 0u));
   LightSample s;
   float sum = sampler_blue_1d(x, 0u, 0u, 1u, 2u, 3u) + sampler_blue_2d(x, 0u, 0u, 1u, 2u, 3u).x;
   if (light_sample(w.light, w.P, u.xyz, s)) { sum += light_pdf(w.light, w.P, s.wi, s.distance) * s.radiance.x; }
@@ -240,7 +243,8 @@ void main() {
   w.sum = sum + camera_mist(w.camera, w.P, 1.0, 2.0, 2.0) + camera_depth(w.camera, w.P);
 }
 )";
-  const std::string command = "glslangValidator --quiet -V --target-env vulkan1.2 -I'" + shaders.string() + "' -o '" + spirv.string() + "' '" + source.string() + "'";
+  const std::string command = "glslangValidator --quiet -V --target-env vulkan1.2 -I'" + shaders.string() + "' -o '" +
+                              spirv.string() + "' '" + source.string() + "'";
   CHECK(std::system(command.c_str()) == 0);
   CHECK(fs::exists(spirv));
   fs::remove_all(folder);

@@ -98,8 +98,9 @@ TEST_CASE("choosing by an alias table gives its frequencies") {
 }
 
 TEST_CASE("the light table has lamps, suns, world and triangles in order") {
-  const std::vector<LightData> lamps{lamp(HW_LIGHT_SUN, "sun a"), lamp(HW_LIGHT_POINT, "point"), lamp(HW_LIGHT_AREA, "area"),
-                                     lamp(HW_LIGHT_SUN, "sun b"), lamp(HW_LIGHT_SPOT, "spot")};
+  const std::vector<LightData> lamps{lamp(HW_LIGHT_SUN, "sun a"), lamp(HW_LIGHT_POINT, "point"),
+                                     lamp(HW_LIGHT_AREA, "area"), lamp(HW_LIGHT_SUN, "sun b"),
+                                     lamp(HW_LIGHT_SPOT, "spot")};
   const std::vector<MaterialRecord> materials{material(vec3(0), 0), material(vec3(2, 4, 6), HW_MATERIAL_EMISSIVE),
                                               material(vec3(1), HW_MATERIAL_EMISSIVE | HW_MATERIAL_EMIT_BACK)};
   const std::vector<std::uint32_t> slots{0, 1, 2};
@@ -131,7 +132,7 @@ TEST_CASE("the light table has lamps, suns, world and triangles in order") {
   CHECK(t.world_light == 5);
   CHECK(t.lights[5].type == HW_LIGHT_WORLD);
   CHECK(t.weights[5] == doctest::Approx(4 * kPi * 0.5 * kPi * 16));
-  CHECK(t.weights[0] == doctest::Approx(10));       // the flux of a point is its power
+  CHECK(t.weights[0] == doctest::Approx(10));  // the flux of a point is its power
   CHECK(t.weights[3] == doctest::Approx(10 * kPi * 16));
   CHECK(t.instance_offset == std::vector<std::uint32_t>{6, 8});
 
@@ -177,7 +178,8 @@ TEST_CASE("bad lamps get no weight and are named") {
   add("nan matrix", [&](LightData& d) { d.object_to_world[3] = nan; });
   add("no size", [](LightData& d) { d.size_x = 0; });
   add("nan size", [&](LightData& d) { d.size_x = nan; });
-  add("flat spot", [](LightData& d) { d.type = HW_LIGHT_SPOT, d.object_to_world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}; });
+  add("flat spot",
+      [](LightData& d) { d.type = HW_LIGHT_SPOT, d.object_to_world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}; });
   add("flat sun", [](LightData& d) { d.type = HW_LIGHT_SUN, d.object_to_world = {}; });
   add("too strong", [](LightData& d) { d.power = 3e38f, d.size_x = 1e-10f; });
   LightTableInput input;
@@ -192,7 +194,8 @@ TEST_CASE("bad lamps get no weight and are named") {
     CHECK((t.alias[t.lamp_index[i]].pdf > 0) == good);
     CHECK((r.emission.x + r.emission.y + r.emission.z > 0) == good);
     CHECK(std::isfinite(r.position.x + r.axis_x.x + r.axis_y.x + r.axis_z.x));
-    const bool named = std::any_of(t.warnings.begin(), t.warnings.end(), [&](const LightWarning& w) { return w.name == lamps[i].name && !w.reason.empty(); });
+    const bool named = std::any_of(t.warnings.begin(), t.warnings.end(),
+                                   [&](const LightWarning& w) { return w.name == lamps[i].name && !w.reason.empty(); });
     CHECK(named != good);
   }
   const LightTable empty = build_light_table({});
@@ -331,7 +334,8 @@ TEST_CASE("the environment is sampled by its brightness, with an exact pdf") {
       REQUIRE(drawn > 0);
       REQUIRE(glm::length(wi) == doctest::Approx(1));
       const vec2 uv = equirect_from_direction(wi);
-      const auto cell = std::min(std::uint32_t(uv.x * kWidth), kWidth - 1) + kWidth * std::min(std::uint32_t(uv.y * kHeight), kHeight - 1);
+      const auto cell = std::min(std::uint32_t(uv.x * kWidth), kWidth - 1) +
+                        kWidth * std::min(std::uint32_t(uv.y * kHeight), kHeight - 1);
       count[cell] += 1.0 / kDirections;
     }
     CHECK(sum == doctest::Approx(1).epsilon(0.01));

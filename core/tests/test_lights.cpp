@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light sampling against brute force: every kind of light is integrated by tracing uniform directions at its shape, and
-// the estimator, the pdf and the distances of light_sample must agree with that; and with irradiance rendered by Cycles.
+// the estimator, the pdf and the distances of light_sample must agree with that; and with irradiance rendered by
+// Cycles.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -22,7 +23,9 @@ constexpr double kPi = 3.14159265358979323846;
 struct Random {
   std::mt19937 engine;
   explicit Random(std::uint32_t seed) : engine(seed) {}
-  float operator()(float a = 0, float b = 1) { return a + (b - a) * std::uniform_real_distribution<float>(0, 1)(engine); }
+  float operator()(float a = 0, float b = 1) {
+    return a + (b - a) * std::uniform_real_distribution<float>(0, 1)(engine);
+  }
   vec3 direction() { return warp_sphere(vec2((*this)(), (*this)())); }
 };
 
@@ -96,8 +99,8 @@ bool agree(const Mean& a, const Mean& b, double slack) {
   return std::abs(a.mean() - b.mean()) <= 5 * sigma + slack * std::max(std::abs(a.mean()), std::abs(b.mean()));
 }
 
-// Compares light_sample with directions uniform in a cone that holds the light. `trace` gives the distance of a hit (or a
-// negative number), `emitted` the radiance seen along it.
+// Compares light_sample with directions uniform in a cone that holds the light. `trace` gives the distance of a hit (or
+// a negative number), `emitted` the radiance seen along it.
 void compare(const std::string& name, const LightRecord& light, vec3 P, vec3 axis, float height, std::uint32_t seed,
              const std::function<double(vec3)>& trace, const std::function<double(vec3, float)>& emitted) {
   CAPTURE(name);
@@ -187,7 +190,8 @@ TEST_CASE("point and spot lamps agree with brute force") {
     // Spots are looked at from within their cone, mostly.
     const Matrix34& m = d.object_to_world;
     const vec3 ahead = -glm::normalize(vec3(m[2], m[6], m[10]));
-    const vec3 way = spot ? glm::normalize(ahead + random.direction() * (0.6f * std::sin(0.5f * d.spot_size))) : random.direction();
+    const vec3 way =
+        spot ? glm::normalize(ahead + random.direction() * (0.6f * std::sin(0.5f * d.spot_size))) : random.direction();
     compare_lamp("outside", d, way * (d.radius * random(1.05f, 8)), i);
     compare_lamp("inside or near the middle", d, way * (d.radius * random(0.2f, 0.98f)), 100 + i);
   }
@@ -208,7 +212,8 @@ TEST_CASE("spots whose cone is narrower than their sphere are sampled by the con
 TEST_CASE("area lamps agree with brute force") {
   Random random(2);
   for (int i = 0; i < 32; ++i) {
-    LightData d = lamp(HW_LIGHT_AREA, place(vec3(0), random.direction() * 3.0f, i % 4 == 3 ? vec3(-1.5f, 1, 1) : vec3(1)));
+    LightData d =
+        lamp(HW_LIGHT_AREA, place(vec3(0), random.direction() * 3.0f, i % 4 == 3 ? vec3(-1.5f, 1, 1) : vec3(1)));
     d.size_x = random(0.1f, 3);
     d.size_y = i % 5 == 0 ? d.size_x : random(0.1f, 3);
     d.ellipse = i % 2 == 1;
@@ -238,7 +243,8 @@ TEST_CASE("a narrow spread is sampled where it lights, for any shape") {
     Mean all;
     for (int k = 0; k < 20000; ++k) {
       LightSample s;
-      all.add(light_sample(light, P, vec3(random(), random(), 0), s) ? s.radiance.x / s.pdf * -glm::dot(s.wi, s.normal) : 0);
+      all.add(light_sample(light, P, vec3(random(), random(), 0), s) ? s.radiance.x / s.pdf * -glm::dot(s.wi, s.normal)
+                                                                     : 0);
     }
     // Where the lamp's whole beam is seen, irradiance is the lamp's flux over its area, whatever the spread.
     CHECK(all.mean() == doctest::Approx(kPi * light.emission.x).epsilon(0.02));
@@ -326,8 +332,10 @@ TEST_CASE("emissive triangles agree with brute force") {
     compare(
         "triangle", light, P, to / distance, height, i,
         [&](vec3 wi) {
-          const glm::dvec3 d(wi), e1(light.axis_x), e2(light.axis_y), a(P - light.position), p = glm::cross(d, e2), q = glm::cross(a, e1);
-          const double det = glm::dot(e1, p), u = glm::dot(a, p) / det, v = glm::dot(d, q) / det, t = glm::dot(e2, q) / det;
+          const glm::dvec3 d(wi), e1(light.axis_x), e2(light.axis_y), a(P - light.position), p = glm::cross(d, e2),
+                                                                                             q = glm::cross(a, e1);
+          const double det = glm::dot(e1, p), u = glm::dot(a, p) / det, v = glm::dot(d, q) / det,
+                       t = glm::dot(e2, q) / det;
           return u >= 0 && v >= 0 && u + v <= 1 && t > 0 ? t : -1.0;
         },
         [&](vec3, float) { return sampled ? 2.0 : 0.0; });
@@ -374,28 +382,37 @@ TEST_CASE("lamps light a plane as Cycles 5.0.1 does") {
   add("point, not normalised", 0.852585, HW_LIGHT_POINT, up, [](LightData& d) { d.normalize = false; });
   add("point 0.5 soft", 0.205577, HW_LIGHT_POINT, up, [&](LightData& d) { d.radius = 0.5f, d.flags |= soft; });
   add("point 0.5", 0.213152, HW_LIGHT_POINT, up, [](LightData& d) { d.radius = 0.5f; });
-  add("point 0.5, not normalised", 0.669638, HW_LIGHT_POINT, up, [](LightData& d) { d.radius = 0.5f, d.normalize = false; });
+  add("point 0.5, not normalised", 0.669638, HW_LIGHT_POINT, up,
+      [](LightData& d) { d.radius = 0.5f, d.normalize = false; });
   add("point 0.5 scaled", 0.213152, HW_LIGHT_POINT, scaled, [](LightData& d) { d.radius = 0.5f; });
   add("spot", 0.031127, HW_LIGHT_SPOT, tilted, [](LightData&) {});
   add("spot 0.3 soft", 0.040018, HW_LIGHT_SPOT, tilted,
       [&](LightData& d) { d.radius = 0.3f, d.spot_blend = 0.5f, d.spot_size = 1, d.flags |= soft; });
-  add("spot 0.3", 0.040549, HW_LIGHT_SPOT, tilted, [](LightData& d) { d.radius = 0.3f, d.spot_blend = 0.5f, d.spot_size = 1; });
-  add("spot 0.3 no blend", 0.019778, HW_LIGHT_SPOT, tilted, [](LightData& d) { d.radius = 0.3f, d.spot_blend = 0, d.spot_size = 0.6f; });
-  add("spot 0.3 scaled", 0.023280, HW_LIGHT_SPOT, scaled, [](LightData& d) { d.radius = 0.3f, d.spot_blend = 0.5f, d.spot_size = 1; });
-  add("spot, sphere wider than cone", 0.001878, HW_LIGHT_SPOT, tilted, [](LightData& d) { d.radius = 1, d.spot_blend = 0.3f, d.spot_size = 0.2f; });
-  add("spot of half a turn", 0.147091, HW_LIGHT_SPOT, tilted, [&](LightData& d) { d.radius = 0.1f, d.spot_blend = 1, d.spot_size = 3.14159265f, d.flags |= soft; });
+  add("spot 0.3", 0.040549, HW_LIGHT_SPOT, tilted,
+      [](LightData& d) { d.radius = 0.3f, d.spot_blend = 0.5f, d.spot_size = 1; });
+  add("spot 0.3 no blend", 0.019778, HW_LIGHT_SPOT, tilted,
+      [](LightData& d) { d.radius = 0.3f, d.spot_blend = 0, d.spot_size = 0.6f; });
+  add("spot 0.3 scaled", 0.023280, HW_LIGHT_SPOT, scaled,
+      [](LightData& d) { d.radius = 0.3f, d.spot_blend = 0.5f, d.spot_size = 1; });
+  add("spot, sphere wider than cone", 0.001878, HW_LIGHT_SPOT, tilted,
+      [](LightData& d) { d.radius = 1, d.spot_blend = 0.3f, d.spot_size = 0.2f; });
+  add("spot of half a turn", 0.147091, HW_LIGHT_SPOT, tilted,
+      [&](LightData& d) { d.radius = 0.1f, d.spot_blend = 1, d.spot_size = 3.14159265f, d.flags |= soft; });
   add("sun", 0.800599, HW_LIGHT_SUN, tilted, [](LightData&) {});
   add("sun 0.5", 0.800607, HW_LIGHT_SUN, tilted, [](LightData& d) { d.angle = 0.5f; });
-  add("sun 0.5, not normalised", 0.153951, HW_LIGHT_SUN, tilted, [](LightData& d) { d.angle = 0.5f, d.normalize = false; });
+  add("sun 0.5, not normalised", 0.153951, HW_LIGHT_SUN, tilted,
+      [](LightData& d) { d.angle = 0.5f, d.normalize = false; });
   add("sun, half the sky", 0.877792, HW_LIGHT_SUN, tilted, [](LightData& d) { d.angle = 3.14159265f; });
   add("square", 0.560981, HW_LIGHT_AREA, tilted, [](LightData&) {});
   add("square scaled, not normalised", 0.557490, HW_LIGHT_AREA, scaled, [](LightData& d) { d.normalize = false; });
   add("rectangle", 0.561916, HW_LIGHT_AREA, tilted, [](LightData& d) { d.size_y = 0.4f; });
   add("disk", 0.561609, HW_LIGHT_AREA, tilted, [](LightData& d) { d.ellipse = true; });
-  add("ellipse scaled, not normalised", 0.175669, HW_LIGHT_AREA, scaled, [](LightData& d) { d.ellipse = true, d.size_y = 0.4f, d.normalize = false; });
+  add("ellipse scaled, not normalised", 0.175669, HW_LIGHT_AREA, scaled,
+      [](LightData& d) { d.ellipse = true, d.size_y = 0.4f, d.normalize = false; });
   add("rectangle, spread 1", 0.883906, HW_LIGHT_AREA, tilted, [](LightData& d) { d.size_y = 0.4f, d.spread = 1; });
   add("disk, spread 1", 0.883418, HW_LIGHT_AREA, tilted, [](LightData& d) { d.ellipse = true, d.spread = 1; });
-  add("ellipse, spread 0.1", 0.883860, HW_LIGHT_AREA, tilted, [](LightData& d) { d.ellipse = true, d.size_y = 0.4f, d.spread = 0.1f; });
+  add("ellipse, spread 0.1", 0.883860, HW_LIGHT_AREA, tilted,
+      [](LightData& d) { d.ellipse = true, d.size_y = 0.4f, d.spread = 0.1f; });
   add("square, spread 0", 0.883840, HW_LIGHT_AREA, tilted, [](LightData& d) { d.spread = 0; });
   for (const Case& c : cases) {
     const Lamp made = make_lamp(c.data, 10);

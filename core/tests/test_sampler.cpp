@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sampler's points are Owen-scrambled nets: stratified in a pixel, uniform and independent across pixels, dimensions
-// and seeds. The pixel filters follow their densities.
+// The sampler's points are Owen-scrambled nets: stratified in a pixel, uniform and independent across pixels,
+// dimensions and seeds. The pixel filters follow their densities.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -48,9 +48,12 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 
 TEST_CASE("Sobol's first two dimensions are the known ones, the others too") {
   // By the direction numbers of Joe and Kuo (new-joe-kuo-6.21201), Gray code left out.
-  const uint y[] = {0u, 0x80000000u, 0xc0000000u, 0x40000000u, 0xa0000000u, 0x20000000u, 0x60000000u, 0xe0000000u, 0xf0000000u};
-  const uint z[] = {0u, 0x80000000u, 0xc0000000u, 0x40000000u, 0x60000000u, 0xe0000000u, 0xa0000000u, 0x20000000u, 0x90000000u};
-  const uint w[] = {0u, 0x80000000u, 0xc0000000u, 0x40000000u, 0x20000000u, 0xa0000000u, 0xe0000000u, 0x60000000u, 0x50000000u};
+  const uint y[] = {0u,          0x80000000u, 0xc0000000u, 0x40000000u, 0xa0000000u,
+                    0x20000000u, 0x60000000u, 0xe0000000u, 0xf0000000u};
+  const uint z[] = {0u,          0x80000000u, 0xc0000000u, 0x40000000u, 0x60000000u,
+                    0xe0000000u, 0xa0000000u, 0x20000000u, 0x90000000u};
+  const uint w[] = {0u,          0x80000000u, 0xc0000000u, 0x40000000u, 0x20000000u,
+                    0xa0000000u, 0xe0000000u, 0x60000000u, 0x50000000u};
   for (uint i = 0; i < 9; ++i) {
     CAPTURE(i);
     CHECK(sampler_sobol_y(i) == y[i]);
@@ -105,11 +108,11 @@ TEST_CASE("dimensions, neighbours, samples and seeds are not correlated") {
   const std::vector<Get> series{
       [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 4, 0).x; },
       [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 4, 0).y; },
-      [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 5, 0).x; },   // next dimension
+      [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 5, 0).x; },  // next dimension
       [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 5, 0).y; },
       [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x + 1, y), 0, 4, 0).x; },  // neighbours
       [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y + 1), 0, 4, 0).x; },
-      [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 4, 1).x; },   // next seed
+      [](uint x, uint y) { return sampler_2d(sampler_pixel_hash(x, y), 0, 4, 1).x; },  // next seed
       [](uint x, uint y) { return sampler_1d(sampler_pixel_hash(x, y), 0, 12, 0); },
       [](uint x, uint y) { return sampler_3d(sampler_pixel_hash(x, y), 0, 6, 0).z; },
       [](uint x, uint y) { return sampler_4d(sampler_pixel_hash(x, y), 0, 7, 0).w; },
@@ -189,7 +192,8 @@ TEST_CASE("blue noise: neighbouring pixels' errors cancel, and each pixel is sti
           for (uint k = 0; k < 16; ++k) {
             const uint x = bx + k % 4, y = by + k / 4;
             for (uint i = 0; i < 1u << log2_samples; ++i) {
-              const vec2 p = blue ? sampler_blue_2d(x, y, i, log2_samples, 3, 1) : sampler_2d(sampler_pixel_hash(x, y), i, 3, 1);
+              const vec2 p =
+                  blue ? sampler_blue_2d(x, y, i, log2_samples, 3, 1) : sampler_2d(sampler_pixel_hash(x, y), i, 3, 1);
               v += std::exp(-p.x - 2 * p.y) / double(16u << log2_samples);
             }
           }
@@ -219,12 +223,14 @@ TEST_CASE("filters follow their density") {
     std::function<double(double)> density;
   };
   for (const float width : {1.5f, 0.7f, 4.0f}) {
-    for (const Case& c : {Case{HW_FILTER_BLACKMAN_HARRIS, 1, blackman_harris}, Case{HW_FILTER_GAUSSIAN, 1.5, gaussian}}) {
+    for (const Case& c :
+         {Case{HW_FILTER_BLACKMAN_HARRIS, 1, blackman_harris}, Case{HW_FILTER_GAUSSIAN, 1.5, gaussian}}) {
       // The integral of the density up to the drawn position must be u again.
       constexpr int kSteps = 20000;
       std::vector<double> integral(kSteps + 1, 0);
       const double step = 2 * c.half_width / kSteps;
-      for (int i = 0; i < kSteps; ++i) integral[i + 1] = integral[i] + step * c.density(-c.half_width + (i + 0.5) * step);
+      for (int i = 0; i < kSteps; ++i)
+        integral[i + 1] = integral[i] + step * c.density(-c.half_width + (i + 0.5) * step);
       double worst = 0, worst_density = 0;
       for (int i = 0; i < 4096; ++i) {
         const float u = (float(i) + 0.5f) / 4096;

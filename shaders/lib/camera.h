@@ -35,8 +35,8 @@ HW_FN vec2 camera_aperture(CameraRecord c, vec2 u) {
 }
 
 // The ray of a picture position. raster01: (0, 0) bottom left to (1, 1) top right of the full frame. lens_u: uniform.
-// World space; direction is of unit length, [tmin, tmax] lies between the clip planes across the viewing direction (spheres
-// for panoramas). With depth of field the planes hold for the centre of the aperture only, as in Cycles.
+// World space; direction is of unit length, [tmin, tmax] lies between the clip planes across the viewing direction
+// (spheres for panoramas). With depth of field the planes hold for the centre of the aperture only, as in Cycles.
 HW_FN void camera_ray(CameraRecord c, vec2 raster01, vec2 lens_u, HW_OUT(vec3) origin, HW_OUT(vec3) direction,
                       HW_OUT(float) tmin, HW_OUT(float) tmax) {
   vec2 plane = vec2(mix(c.left, c.right, raster01.x), mix(c.bottom, c.top, raster01.y));
@@ -96,9 +96,10 @@ HW_FN vec2 camera_project(CameraRecord c, vec3 P) {
 
 // Raster position of a world point in the previous frame.
 HW_FN vec2 camera_project_previous(CameraRecord c, vec3 P) {
-  vec3 p = camera_row_transform(vec3(c.previous_world_to_camera[0], c.previous_world_to_camera[1], c.previous_world_to_camera[2]),
-                                vec3(c.previous_world_to_camera[4], c.previous_world_to_camera[5], c.previous_world_to_camera[6]),
-                                vec3(c.previous_world_to_camera[8], c.previous_world_to_camera[9], c.previous_world_to_camera[10]), P);
+  vec3 p = camera_row_transform(
+      vec3(c.previous_world_to_camera[0], c.previous_world_to_camera[1], c.previous_world_to_camera[2]),
+      vec3(c.previous_world_to_camera[4], c.previous_world_to_camera[5], c.previous_world_to_camera[6]),
+      vec3(c.previous_world_to_camera[8], c.previous_world_to_camera[9], c.previous_world_to_camera[10]), P);
   p = p + vec3(c.previous_world_to_camera[3], c.previous_world_to_camera[7], c.previous_world_to_camera[11]);
   return camera_project_local(c.type, vec4(c.previous_left, c.previous_right, c.previous_bottom, c.previous_top), p);
 }

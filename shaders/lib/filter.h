@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pixel filters by importance sampling: a position is drawn from the filter, so that every sample weighs 1. Shapes and
-// the meaning of the width are Cycles': Blackman-Harris covers width px to each side, the Gaussian has sigma = width / 4
-// cut at 1.5 widths, the box is one pixel whatever the width (Cycles ignores it too).
+// the meaning of the width are Cycles': Blackman-Harris covers width px to each side, the Gaussian has sigma = width /
+// 4 cut at 1.5 widths, the box is one pixel whatever the width (Cycles ignores it too).
 #ifndef HW_FILTER_H
 #define HW_FILTER_H
 #include "../shared/portable.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Area lamps: rectangle or ellipse, one-sided (along -axis_z), with Cycles' spread. Rectangles are sampled by solid angle
-// (Urena, Fajardo and King 2013), ellipses by area; a small spread narrows what is sampled to what can light P.
+// Area lamps: rectangle or ellipse, one-sided (along -axis_z), with Cycles' spread. Rectangles are sampled by solid
+// angle (Urena, Fajardo and King 2013), ellipses by area; a small spread narrows what is sampled to what can light P.
 #ifndef HW_LAMP_AREA_H
 #define HW_LAMP_AREA_H
 #include "light_sample.h"
@@ -67,9 +67,12 @@ HW_FN vec2 lamp_rectangle_warp(float x0, float x1, float y0, float y1, float h, 
   float n0 = -y0 * inversesqrt(h * h + y0 * y0);
   float n2 = y1 * inversesqrt(h * h + y1 * y1);
   float n3 = -x0 * inversesqrt(h * h + x0 * x0);
-  // Angles between the planes through opposite edges; k as in the paper.
-  float g2 = acos(clamp(-n2 * n3, -1.0f, 1.0f));
-  float g3 = acos(clamp(-n3 * n0, -1.0f, 1.0f));
+  // Angles between the planes through neighbouring edges; k as in the paper. By the arc tangent: GLSL's acos may be
+  // poor (absolute error 1e-4 on some devices), and a shift of k moves the samples.
+  float c2 = clamp(-n2 * n3, -1.0f, 1.0f);
+  float c3 = clamp(-n3 * n0, -1.0f, 1.0f);
+  float g2 = atan(sqrt(max(0.0f, 1.0f - c2 * c2)), c2);
+  float g3 = atan(sqrt(max(0.0f, 1.0f - c3 * c3)), c3);
   float k = 2.0f * HW_PI - g2 - g3;
   float au = u.x * solid_angle + k;
   float sine = sin(au);
@@ -142,7 +145,8 @@ HW_FN float lamp_area_pdf(LightRecord light, vec3 P, vec3 wi, float t) {
   vec3 local = lamp_area_local(light, P);
   AreaDomain a = lamp_area_domain(light, local);
   float cosine = dot(wi, light.axis_z);
-  vec2 at = (vec2(local.x, local.y) + vec2(dot(wi, light.axis_x), dot(wi, light.axis_y)) * t - a.center) / max(a.size, vec2(1e-30f));
+  vec2 at = (vec2(local.x, local.y) + vec2(dot(wi, light.axis_x), dot(wi, light.axis_y)) * t - a.center) /
+            max(a.size, vec2(1e-30f));
   bool inside = a.ellipse ? dot(at, at) <= 0.25001f : max(abs(at.x), abs(at.y)) <= 0.50001f;
   bool delta = light.spot_smooth > 0.0f && light.spread_or_spot <= 0.0f;
   float pdf = lamp_area_domain_pdf(a, lamp_area_domain_angle(a, local), t, max(cosine, 1e-8f));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampling of one light, its pdf, and what a ray that finds it sees. Choosing among lights is the caller's; the world has
-// its own functions in world_sampling.h. Units and conventions are those of Cycles 5.0.
+// Sampling of one light, its pdf, and what a ray that finds it sees. Choosing among lights is the caller's; the world
+// has its own functions in world_sampling.h. Units and conventions are those of Cycles 5.0.
 #ifndef HW_LIGHT_SAMPLING_H
 #define HW_LIGHT_SAMPLING_H
 #include "lamp_area.h"

@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Owen-scrambled Sobol points, padded: every group of up to four dimensions is a Sobol sequence of its own, shuffled and
-// scrambled by hashes (Burley 2020, "Practical Hash-based Owen Scrambling", with the Laine-Karras permutation refined by
-// Vegdahl). No tables: generator matrices are applied by shifts, direction numbers computed on the way (Joe and Kuo 2008).
+// Owen-scrambled Sobol points, padded: every group of up to four dimensions is a Sobol sequence of its own, shuffled
+// and scrambled by hashes (Burley 2020, "Practical Hash-based Owen Scrambling", with the Laine-Karras permutation
+// refined by Vegdahl). No tables: generator matrices are applied by shifts, direction numbers computed on the way (Joe
+// and Kuo 2008).
 #ifndef HW_SAMPLER_H
 #define HW_SAMPLER_H
 #include "../shared/portable.h"
 HW_NAMESPACE_BEGIN
 
-// Dimensions are numbered in groups: a call to sampler_1d .. sampler_4d takes one group. The camera has the groups below
-// HW_DIM_BOUNCE; bounce b (0: first surface) has HW_DIM_BOUNCE + b * HW_DIM_BOUNCE_STRIDE + one of the names after it.
-HW_CONST uint HW_DIM_FILTER = 0u;         // 2: position in the pixel
-HW_CONST uint HW_DIM_LENS = 1u;           // 2: position on the aperture
-HW_CONST uint HW_DIM_TIME = 2u;           // 1: shutter (reserved)
+// Dimensions are numbered in groups: a call to sampler_1d .. sampler_4d takes one group. The camera has the groups
+// below HW_DIM_BOUNCE; bounce b (0: first surface) has HW_DIM_BOUNCE + b * HW_DIM_BOUNCE_STRIDE + one of the names
+// after it.
+HW_CONST uint HW_DIM_FILTER = 0u;  // 2: position in the pixel
+HW_CONST uint HW_DIM_LENS = 1u;    // 2: position on the aperture
+HW_CONST uint HW_DIM_TIME = 2u;    // 1: shutter (reserved)
 HW_CONST uint HW_DIM_BOUNCE = 4u;
-HW_CONST uint HW_DIM_LIGHT_SELECT = 0u;   // 1: which light
-HW_CONST uint HW_DIM_LIGHT = 1u;          // 2: where on it
-HW_CONST uint HW_DIM_BSDF = 2u;           // 3: lobe, direction
-HW_CONST uint HW_DIM_ROULETTE = 3u;       // 1: Russian roulette
-HW_CONST uint HW_DIM_TRANSPARENT = 4u;    // 1: stochastic transparency
-HW_CONST uint HW_DIM_SHADER = 5u;         // 3: whatever a material program wants
+HW_CONST uint HW_DIM_LIGHT_SELECT = 0u;  // 1: which light
+HW_CONST uint HW_DIM_LIGHT = 1u;         // 2: where on it
+HW_CONST uint HW_DIM_BSDF = 2u;          // 3: lobe, direction
+HW_CONST uint HW_DIM_ROULETTE = 3u;      // 1: Russian roulette
+HW_CONST uint HW_DIM_TRANSPARENT = 4u;   // 1: stochastic transparency
+HW_CONST uint HW_DIM_SHADER = 5u;        // 3: whatever a material program wants
 HW_CONST uint HW_DIM_BOUNCE_STRIDE = 8u;
 HW_FN uint sampler_dimension(uint bounce, uint name) { return HW_DIM_BOUNCE + bounce * HW_DIM_BOUNCE_STRIDE + name; }
 
@@ -48,8 +50,8 @@ HW_FN uint sampler_reverse_bits(uint x) {
 #endif
 }
 
-// Owen scrambling from the lowest bit upwards: each bit is flipped by a hash of all lower bits and the seed. Constants by
-// Vegdahl 2021 ("Building a Better LK Hash").
+// Owen scrambling from the lowest bit upwards: each bit is flipped by a hash of all lower bits and the seed. Constants
+// by Vegdahl 2021 ("Building a Better LK Hash").
 HW_FN uint sampler_laine_karras(uint x, uint seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -64,8 +66,8 @@ HW_FN uint sampler_owen(uint x, uint seed) {
   return sampler_reverse_bits(sampler_laine_karras(sampler_reverse_bits(x), seed));
 }
 
-// Shuffles the order of samples by Owen scrambling the index as an integer: aligned blocks of 2^k samples stay together,
-// so the points stay nets. The low 16 bits only, so that the loops below stay short.
+// Shuffles the order of samples by Owen scrambling the index as an integer: aligned blocks of 2^k samples stay
+// together, so the points stay nets. The low 16 bits only, so that the loops below stay short.
 HW_FN uint sampler_shuffle(uint index, uint seed) {
   return (index & 0xffff0000u) | (sampler_owen(index << 16u, seed) >> 16u);
 }
@@ -117,8 +119,8 @@ HW_FN uint sampler_group(uint pixel_hash, uint dimension, uint seed) {
   return sampler_hash(pixel_hash ^ sampler_hash(dimension ^ sampler_hash(seed ^ 0x5bd1e995u)));
 }
 
-// Samples of a pixel: `index` counts them from 0; any prefix is well spread, powers of two best. The same arguments give
-// the same numbers on every device.
+// Samples of a pixel: `index` counts them from 0; any prefix is well spread, powers of two best. The same arguments
+// give the same numbers on every device.
 HW_FN float sampler_1d(uint pixel_hash, uint index, uint dimension, uint seed) {
   uint h = sampler_group(pixel_hash, dimension, seed);
   // The scrambled van der Corput point: the reversals of both cancel.
@@ -150,11 +152,12 @@ HW_FN vec4 sampler_4d(uint pixel_hash, uint index, uint dimension, uint seed) {
   return vec4(sampler_to_float(x), sampler_to_float(y), sampler_to_float(z), sampler_to_float(w));
 }
 
-// Screen-space blue noise, for few samples a pixel: all pixels share one sequence, ordered along the Z-curve and shuffled
-// from the top (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical
-// Ordering of Pixels", with binary instead of quaternary digits), so that neighbouring pixels take complementary points
-// and their errors cancel under a blur. `log2_samples`: of the samples a pixel will get, rounded up; index < 2^log2_samples.
-// The sequence repeats every 2^((32 - log2_samples) / 2) pixels. In each pixel, prefixes are as well spread as above.
+// Screen-space blue noise, for few samples a pixel: all pixels share one sequence, ordered along the Z-curve and
+// shuffled from the top (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
+// Hierarchical Ordering of Pixels", with binary instead of quaternary digits), so that neighbouring pixels take
+// complementary points and their errors cancel under a blur. `log2_samples`: of the samples a pixel will get, rounded
+// up; index < 2^log2_samples. The sequence repeats every 2^((32 - log2_samples) / 2) pixels. In each pixel, prefixes
+// are as well spread as above.
 HW_FN uint sampler_interleave(uint x) {
   x = (x | (x << 8u)) & 0x00ff00ffu;
   x = (x | (x << 4u)) & 0x0f0f0f0fu;

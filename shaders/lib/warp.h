@@ -27,9 +27,7 @@ HW_FN vec2 warp_disk(vec2 u) {
 }
 
 // 1 - cos of an angle from its squared sine, exact for small angles. Angles in [0, pi/2].
-HW_FN float warp_one_minus_cos(float sin2) {
-  return sin2 / (1.0f + sqrt(max(0.0f, 1.0f - sin2)));
-}
+HW_FN float warp_one_minus_cos(float sin2) { return sin2 / (1.0f + sqrt(max(0.0f, 1.0f - sin2))); }
 
 // Uniform direction in the cone about the unit vector `axis` whose half angle has 1 - cos = `height` (0..2).
 // `one_minus_cos` returns 1 - cos of the angle between the direction and the axis. The pdf is 1 / (2 pi height).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Importance sampling of the environment from WorldDistribution (shared/lights.h): rows by their cumulative
-// distribution, then columns; inside a cell uniform in solid angle, so the pdf is constant in a cell and finite at the poles.
+// distribution, then columns; inside a cell uniform in solid angle, so the pdf is constant in a cell and finite at the
+// poles.
 #ifndef HW_WORLD_SAMPLING_H
 #define HW_WORLD_SAMPLING_H
 #include "../shared/lights.h"
