@@ -68,7 +68,7 @@ def blackbody(g: Graph, kelvin: Expr) -> Expr:
 def _wavelength_table() -> np.ndarray:
     rows = np.zeros((len(_OBSERVER) + 2, 4), np.float32)
     # Blender's scale, so that the brightest component is about 1; black outside the visible range.
-    rows[1:-1, :3] = np.maximum(_OBSERVER @ _XYZ_TO_RGB.T / 2.52, 0.0)
+    rows[1:-1, :3] = _OBSERVER @ _XYZ_TO_RGB.T / 2.52
     return rows
 
 
@@ -76,7 +76,8 @@ def wavelength(g: Graph, nanometres: Expr) -> Expr:
     rows = _wavelength_table()
     first = _WAVELENGTHS[0] - 5.0
     extent = 5.0 * (len(rows) - 1)
-    return g.table(g.fma(nanometres, g.const(1.0 / extent), g.const(-first / extent)), rows)
+    # Negative components are cut off after blending between entries.
+    return g.max(g.table(g.fma(nanometres, g.const(1.0 / extent), g.const(-first / extent)), rows), g.zero)
 
 
 __all__ = ["blackbody", "blackbody_color", "wavelength"]
