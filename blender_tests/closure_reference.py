@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders closures with Cycles so that our own can be compared value by value, without noise.
 
-A row of small quads a material, tilted from facing the camera to nearly edge-on. Each is lit by a sun of angle 0, one render
-a sun, and sees nothing else, so a pixel is exactly f(wo, wi)|cos| of the material times the sun's irradiance; the colour
-passes give the albedos. Materials and results are written for core/tests/test_closure_reference.cpp.
+A row of small quads a material, tilted from facing the camera to nearly edge-on. Each is lit by a sun of angle 0, one
+render a sun, and sees nothing else, so a pixel is exactly f(wo, wi)|cos| of the material times the sun's irradiance;
+the colour passes give the albedos. Materials and results are written for core/tests/test_closure_reference.cpp.
 
     python blender_tests/closure_reference.py core/tests/closure_reference.inc
 """
@@ -19,11 +19,16 @@ import bpy
 import numpy as np
 
 COSINES = (1.0, 0.9, 0.7, 0.5, 0.3, 0.15, 0.05)
-# Sun directions in the frame of each quad's row: world space, towards the sun.
-SUNS = tuple(
-    tuple(np.array(v) / np.linalg.norm(v))
-    for v in ((0.02, 0.01, 1.0), (0.6, 0.2, 0.7), (-0.5, 0.3, 0.5), (0.9, -0.5, 0.1), (0.1, 0.2, -1.0), (0.6, -0.5, -0.6))
+# World space; the camera looks down -z.
+TOWARDS_SUNS = (
+    (0.02, 0.01, 1.0),
+    (0.6, 0.2, 0.7),
+    (-0.5, 0.3, 0.5),
+    (0.9, -0.5, 0.1),
+    (0.1, 0.2, -1.0),
+    (0.6, -0.5, -0.6),
 )
+SUNS = tuple(tuple(np.array(v) / np.linalg.norm(v)) for v in TOWARDS_SUNS)
 PASSES = ("diffuse_color", "glossy_color", "transmission_color", "emission")
 
 
@@ -58,7 +63,7 @@ MATERIALS: dict[str, dict] = {
     "metal edge": principled(Metallic=1.0, Base_Color=GOLD, Roughness=0.45, Specular_Tint=(0.3, 0.5, 0.9)),
     "metal half": principled(Metallic=0.6, Base_Color=GOLD, Roughness=0.6),
     "metal ggx": principled(Metallic=1.0, Base_Color=GOLD, Roughness=0.9) | {"distribution": "GGX"},
-    "anisotropic": principled(Metallic=1.0, Roughness=0.5, Anisotropic=0.8, Anisotropic_Rotation=0.1) | {"rotated": True},
+    "anisotropic": principled(Metallic=1.0, Anisotropic=0.8, Anisotropic_Rotation=0.1) | {"rotated": True},
     "anisotropic dielectric": principled(Roughness=0.6, Anisotropic=0.5) | {"rotated": True},
     "transmission": principled(Transmission_Weight=1.0, Roughness=0.4, Base_Color=(0.9, 0.6, 0.3)),
     "transmission half": principled(Transmission_Weight=0.5, Roughness=0.7, IOR=1.33, Specular_Tint=(0.5, 0.8, 1.0)),
@@ -66,11 +71,18 @@ MATERIALS: dict[str, dict] = {
     "coat": principled(Coat_Weight=1.0, Coat_Roughness=0.2, Base_Color=(0.7, 0.1, 0.1)),
     "coat tint": principled(Coat_Weight=0.7, Coat_Tint=(0.9, 0.5, 0.2), Coat_IOR=1.8, Coat_Roughness=0.5, Metallic=0.5),
     "emission": principled(
-        Emission_Color=(1.0, 0.5, 0.25), Emission_Strength=2.0, Alpha=0.7, Coat_Weight=0.8, Coat_Tint=(0.5, 0.8, 0.9), Sheen_Weight=0.5
+        Emission_Color=(1.0, 0.5, 0.25),
+        Emission_Strength=2.0,
+        Alpha=0.7,
+        Coat_Weight=0.8,
+        Coat_Tint=(0.5, 0.8, 0.9),
+        Sheen_Weight=0.5,
     ),
     "sheen": principled(Sheen_Weight=1.0, Sheen_Roughness=0.5),
     "sheen tint": principled(Sheen_Weight=0.6, Sheen_Roughness=0.25, Sheen_Tint=(0.9, 0.3, 0.5), Coat_Weight=0.3),
-    "all": principled(Sheen_Weight=0.4, Coat_Weight=0.5, Metallic=0.2, Transmission_Weight=0.4, Alpha=0.9, Diffuse_Roughness=0.3),
+    "all": principled(
+        Sheen_Weight=0.4, Coat_Weight=0.5, Metallic=0.2, Transmission_Weight=0.4, Alpha=0.9, Diffuse_Roughness=0.3
+    ),
     "bump": principled(Roughness=0.4) | {"bump": True},
     "bump metal": principled(Metallic=1.0, Roughness=0.3) | {"bump": True},
     "bump coat": principled(Coat_Weight=1.0, Coat_Roughness=0.3, Roughness=0.6) | {"bump": True},
@@ -87,7 +99,7 @@ MATERIALS: dict[str, dict] = {
     "node refraction": node("ShaderNodeBsdfRefraction", "GGX", Color=(0.9, 0.7, 0.6), Roughness=0.4, IOR=1.5),
     "node sheen": node("ShaderNodeBsdfSheen", "MICROFIBER", Color=(0.9, 0.7, 0.6), Roughness=0.7),
     "node sheen smooth": node("ShaderNodeBsdfSheen", "MICROFIBER", Roughness=0.1),
-    "node metal f82": node("ShaderNodeBsdfMetallic", "MULTI_GGX", Base_Color=GOLD, Edge_Tint=(0.6, 0.7, 0.9), Roughness=0.5)
+    "node metal f82": node("ShaderNodeBsdfMetallic", "MULTI_GGX", Base_Color=GOLD, Edge_Tint=(0.6, 0.7, 0.9))
     | {"fresnel": "F82"},
     "node metal physical": node(
         "ShaderNodeBsdfMetallic", "MULTI_GGX", IOR=(0.2, 0.9, 1.4), Extinction=(3.0, 2.4, 1.8), Roughness=0.4
@@ -136,8 +148,8 @@ def link_attribute(tree: bpy.types.NodeTree, name: str, output: str, socket: bpy
 def make_scene(normals: np.ndarray, attributes: dict[str, np.ndarray], materials: dict[str, dict]) -> bpy.types.Scene:
     """A quad in the middle of each pixel of an orthographic camera that looks down.
 
-    normals: (rows, columns, 3), unit. attributes: (rows, columns) or (rows, columns, 3), one value a quad. materials: one,
-    or one a row from the bottom.
+    normals: (rows, columns, 3), unit. attributes: (rows, columns) or (rows, columns, 3), one value a quad. materials:
+    one, or one a row from the bottom.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -259,12 +271,13 @@ def write_inc(path: Path) -> None:
         "static const float kCosines[] = {" + ", ".join(cpp_value(c) for c in COSINES) + "};",
         "static const vec3 kSuns[] = {" + ", ".join(cpp_value(tuple(s)) for s in SUNS) + "};",
         f"static const vec3 kTangent = {cpp_value(tuple(TANGENT))}, kBump = {cpp_value(tuple(BUMP))};",
-        "// Name, node, distribution, flags, inputs; per cosine: diffuse, glossy, transmission albedo, emission, then f|cos| per sun.",
+        "// Name, node, distribution, flags, inputs; per cosine: three colours, emission, f|cos| per sun.",
         "static const Reference kReferences[] = {",
     ]
     for row, (name, spec) in enumerate(MATERIALS.items()):
         kind = spec["node"].removeprefix("ShaderNodeBsdf") + spec.get("fresnel", "").split("_")[0].title()
-        inputs = ", ".join(f'{{"{k}", {cpp_value(v if isinstance(v, tuple) else (v, v, v))}}}' for k, v in spec["inputs"].items())
+        vectors = {k: v if isinstance(v, tuple) else (v, v, v) for k, v in spec["inputs"].items()}
+        inputs = ", ".join(f'{{"{k}", {cpp_value(v)}}}' for k, v in vectors.items())
         flags = f"{str(spec.get('bump', False)).lower()}, {str(spec.get('rotated', False)).lower()}"
         lines.append(f'  {{"{name}", "{kind}", "{spec.get("distribution", "")}", {flags}, {{{inputs}}}, {{')
         for column in range(len(COSINES)):

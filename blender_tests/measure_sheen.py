@@ -2,10 +2,10 @@
 """Measures the sheen of Blender's Cycles: writes core/materials/sheen_table.inc.
 
 Sheen is a linearly transformed cosine (Zeltner, Burley and Chiang 2022) whose coefficients a and b and albedo depend on
-roughness and viewing cosine; Cycles blends them between 32 x 32 points. Quads face the camera and take each point's normal
-and roughness as attributes. The albedo is the diffuse colour pass. A sun in direction w, of coordinates x, y, z about the
-normal with x towards the viewer, gives f|cos| = albedo / pi · z (a / ((a x + b z)^2 + (a y)^2 + z^2))^2, so that with
-k = sqrt(z / (pi · value)) every sun says (a x + b z)^2 + (a y)^2 + z^2 = k a: least squares over the suns.
+roughness and viewing cosine; Cycles blends them between 32 x 32 points. Quads face the camera and take each point's
+normal and roughness as attributes. The albedo is the diffuse colour pass. A sun in direction w, of coordinates x, y, z
+about the normal with x towards the viewer, gives f|cos| = albedo / pi · z (a / ((a x + b z)^2 + (a y)^2 + z^2))^2. With
+k = sqrt(z / (pi · f|cos| / albedo)) every sun says (a x + b z)^2 + (a y)^2 + z^2 = k a: least squares over the suns.
 
     python blender_tests/measure_sheen.py core/materials/sheen_table.inc
 """
@@ -37,7 +37,8 @@ def measure() -> np.ndarray:
     sine = np.sqrt(1 - cosine**2)
     normal = np.stack((sine, np.zeros_like(sine), cosine), -1)
     facing = np.broadcast_to((0.0, 0.0, 1.0), normal.shape)
-    scene = make_scene(facing, {"bumped": normal, "rough": roughness}, {"sheen": node("ShaderNodeBsdfSheen", "MICROFIBER") | {"bump": True}})
+    sheen = node("ShaderNodeBsdfSheen", "MICROFIBER") | {"bump": True}
+    scene = make_scene(facing, {"bumped": normal, "rough": roughness}, {"sheen": sheen})
     import bpy
 
     material = bpy.data.materials["sheen"]
@@ -62,7 +63,7 @@ def measure() -> np.ndarray:
     x, y, z, k = np.moveaxis(np.array(rows), 1, 0)
     used = np.isfinite(k) & (z > 0.1)
 
-    # Divided by a: a (x^2 + y^2) + 2 b x z + ((b^2 + 1) / a) z^2 = k, linear in its three unknowns; then Gauss-Newton on a, b.
+    # Divided by a: a (x^2 + y^2) + 2 b x z + ((b^2 + 1) / a) z^2 = k, linear in three unknowns; then Gauss-Newton.
     table = np.zeros((3, POINTS, POINTS))
     table[2] = albedo
     for row, column in np.ndindex(POINTS, POINTS):
@@ -72,13 +73,16 @@ def measure() -> np.ndarray:
             table[:2, row, column] = table[:2, row, column - 1]
             continue
         px, py, pz, pk = (v[u, row, column] for v in (x, y, z, k))
-        a, b = np.linalg.lstsq(np.stack((px**2 + py**2, 2 * px * pz, pz**2), -1) / pk[:, None], np.ones(len(pk)), rcond=None)[0][:2]
+        terms = np.stack((px**2 + py**2, 2 * px * pz, pz**2), -1) / pk[:, None]
+        a, b = np.linalg.lstsq(terms, np.ones(len(pk)), rcond=None)[0][:2]
         for _ in range(20):
-            residual = (a * (px**2 + py**2) + 2 * b * px * pz + (b * b + 1) / a * pz**2) / pk - 1
-            slope = np.stack(((px**2 + py**2 - (b * b + 1) / a**2 * pz**2), 2 * px * pz + 2 * b / a * pz**2), -1) / pk[:, None]
+            residual = terms @ (a, b, (b * b + 1) / a) - 1
+            slope = np.stack(
+                (terms[:, 0] - (b * b + 1) / a**2 * terms[:, 2], terms[:, 1] + 2 * b / a * terms[:, 2]), -1
+            )
             a, b = (a, b) - np.linalg.lstsq(slope, residual, rcond=None)[0]
         if np.abs(residual).max() > 1e-4:
-            raise RuntimeError(f"no such lobe at roughness {row}/31, cosine {column}/31: off by {np.abs(residual).max()}")
+            raise RuntimeError(f"no such lobe at roughness {row}/31, cosine {column}/31: {np.abs(residual).max()} off")
         table[:2, row, column] = a, b
     # Row 0 was seen at MIN_ROUGHNESS, between rows 0 and 1.
     t = MIN_ROUGHNESS * (POINTS - 1)

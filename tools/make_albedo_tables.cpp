@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes core/materials/albedo_tables.inc to standard output. From the repository's root (half a minute):
-//   g++ -O2 -std=c++20 -Icore -Ishaders -DGLM_FORCE_XYZW_ONLY tools/make_albedo_tables.cpp core/materials/lut_quadrature.cpp
+//   g++ -O2 -std=c++20 -Icore -Ishaders -DGLM_FORCE_XYZW_ONLY tools/make_albedo_tables.cpp
+//   core/materials/lut_quadrature.cpp
 //     -o build/make_albedo_tables && build/make_albedo_tables > core/materials/albedo_tables.inc
 #include <algorithm>
 #include <cmath>

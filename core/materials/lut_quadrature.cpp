@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integrates the albedo tables (layout: shaders/lib/luts.h) over the visible normals of GGX. The library does not call it: it
-// makes core/materials/albedo_tables.inc (tools/make_albedo_tables.cpp), and a test compares the two.
+// Integrates the albedo tables (layout: shaders/lib/luts.h) over the visible normals of GGX. The library does not call
+// it: it makes core/materials/albedo_tables.inc (tools/make_albedo_tables.cpp), and a test compares the two.
 //
 // With normals h drawn as they are visible from wo (Dupuy and Benyoub 2023), the albedo of a lobe is the mean of
-// F(wo·h) G2 / G1 over those h whose direction leaves on the lobe's side. The azimuth runs over half a turn, since the other
-// half mirrors it. The entries at roughness 0 and cosine 0 are taken at 1e-4, index z = 1 at 0.99, as Cycles
+// F(wo·h) G2 / G1 over those h whose direction leaves on the lobe's side. The azimuth runs over half a turn, since the
+// other half mirrors it. The entries at roughness 0 and cosine 0 are taken at 1e-4, index z = 1 at 0.99, as Cycles
 // does, so that interpolation gives its values.
-#include "materials/luts.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <thread>
+
+#include "materials/luts.h"
 
 namespace hw {
 namespace {
@@ -154,9 +154,8 @@ void integrate_coarse(std::vector<float>& table, int x, int n) {
   for (int y = 0; y < kCoarse; ++y) {
     const VisibleNormals v(roughness, grid_value(y, kCoarse), n);
     // Cycles has the exponent as a third axis, 5 (1 - z) / z, and reads it at z = 1/2, between two of its points.
-    const double two_slices = mean_rise(v, [](double c) {
-      return 0.5 * (schlick_rise(c, 5.0 * 8.0 / 7.0) + schlick_rise(c, 5.0 * 7.0 / 8.0));
-    });
+    const double two_slices = mean_rise(
+        v, [](double c) { return 0.5 * (schlick_rise(c, 5.0 * 8.0 / 7.0) + schlick_rise(c, 5.0 * 7.0 / 8.0)); });
     table[HW_LUT_RISE_SCHLICK + y * kCoarse + x] = float(two_slices);
     for (int k = 0; k < kCoarse; ++k) {
       const double eta = slice_ior(k);

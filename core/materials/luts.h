@@ -12,8 +12,8 @@ namespace hw {
 // All tables, HW_LUT_COUNT floats, for upload to Root::luts. Expanded on the first call (20 microseconds); thread safe.
 std::span<const float> albedo_lut_table();
 
-// The tables but the sheen's (HW_LUT_SHEEN floats), integrated anew with 2 n^2 points an entry (0.25 s for n = 16 on two
-// cores). The stored ones are n = 160: converged to 3e-5 root mean square, and stored to 1.5e-5.
+// The tables but the sheen's (HW_LUT_SHEEN floats), integrated anew with 2 n^2 points an entry (0.25 s for n = 16 on
+// two cores). The stored ones are n = 160: converged to 3e-5 root mean square, and stored to 1.5e-5.
 std::vector<float> integrate_albedo_luts(int n);
 
 }  // namespace hw

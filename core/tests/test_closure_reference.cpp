@@ -91,7 +91,8 @@ ClosureList build(const Reference& r, const ShadingGeometry& g, vec3& emission) 
   } else if (node == "Anisotropic") {
     closures_add_glossy(list, g, 1.0f, color, input(r, "Roughness", 0.5f), anisotropy, rotation, N, tangent, multi);
   } else if (node == "Glass") {
-    closures_add_glass(list, g, 1.0f, input(r, "Color", vec3(1.0f)), input(r, "Roughness", 0.0f), input(r, "IOR", 1.5f), N, multi);
+    closures_add_glass(list, g, 1.0f, input(r, "Color", vec3(1.0f)), input(r, "Roughness", 0.0f), input(r, "IOR", 1.5f),
+                       N, multi);
   } else if (node == "Refraction") {
     closures_add_refraction(list, g, 1.0f, color, input(r, "Roughness", 0.0f), input(r, "IOR", 1.45f), N);
   } else if (node == "Sheen") {
@@ -144,7 +145,8 @@ TEST_CASE("closures have Cycles' albedos and values") {
         const uint t = closure_type(k);
         if (t == HW_CLOSURE_TRANSPARENT) continue;
         if (closure_is_diffuse(k)) found[0] += closure_albedo(k, g.wo, true, true);
-        if (t == HW_CLOSURE_GLOSSY || t == HW_CLOSURE_GLASS || t == HW_CLOSURE_GLOSSY_TOON) found[1] += closure_albedo(k, g.wo, true, false);
+        if (t == HW_CLOSURE_GLOSSY || t == HW_CLOSURE_GLASS || t == HW_CLOSURE_GLOSSY_TOON)
+          found[1] += closure_albedo(k, g.wo, true, false);
         if (t == HW_CLOSURE_REFRACTION || t == HW_CLOSURE_GLASS) found[2] += closure_albedo(k, g.wo, false, true);
       }
       for (size_t s = 0; s < suns; ++s) found[kPasses + s] = bsdf_value_total(closures_eval(list, g, kSuns[s]));
@@ -163,13 +165,16 @@ TEST_CASE("closures have Cycles' albedos and values") {
           const double relative = difference / (std::abs(expected[i]) + 0.01);
           if (relative > worst_value) {
             worst_value = relative;
-            where = "cos " + std::to_string(c) + " sun " + std::to_string(i / 3 - kPasses) + " channel " + std::to_string(i % 3) +
-                    ": " + std::to_string(found[i / 3][int(i % 3)]) + " for " + std::to_string(expected[i]);
+            where = "cos " + std::to_string(c) + " sun " + std::to_string(i / 3 - kPasses) + " channel " +
+                    std::to_string(i % 3) + ": " + std::to_string(found[i / 3][int(i % 3)]) + " for " +
+                    std::to_string(expected[i]);
           }
         }
       }
     }
-    if (std::getenv("HW_VERBOSE")) std::printf("%-24s albedo %.1e value %.1e total %.5f  %s\n", r.name, worst_albedo, worst_value, energy / std::max(energy_reference, 1e-9), where.c_str());
+    if (std::getenv("HW_VERBOSE"))
+      std::printf("%-24s albedo %.1e value %.1e total %.5f  %s\n", r.name, worst_albedo, worst_value,
+                  energy / std::max(energy_reference, 1e-9), where.c_str());
     CAPTURE(std::string(r.name));
     CAPTURE(where);
     CHECK(worst_albedo < 5e-4);

@@ -1,134 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closures against themselves: energy, reciprocity, densities that integrate to what is sampled, samples distributed as the
-// densities say, no NaN. What they should be is test_closure_reference.cpp's matter.
+// Closures against themselves: energy, reciprocity, deltas, switches, no NaN. What they should be is the matter of
+// test_closure_reference.cpp; how they are sampled, of test_closure_sampling.cpp.
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <random>
-#include <string>
-#include <vector>
+#include <span>
 
-#include "lib/closure_builders.h"
-#include "lib/closures.h"
+#include "closure_cases.h"
 #include "materials/luts.h"
 
 using namespace hw;
-
-namespace {
-
-const vec3 kN(0.0f, 0.0f, 1.0f);
-const vec3 kX(1.0f, 0.0f, 0.0f);
-
-ShadingGeometry geometry(float cos_o, float azimuth = 0.3f) {
-  ShadingGeometry g;
-  const float s = std::sqrt(1.0f - cos_o * cos_o);
-  g.wo = vec3(s * std::cos(azimuth), s * std::sin(azimuth), cos_o);
-  g.Ng = g.Ns = kN;
-  g.flags = HW_SHADE_BUMP_CORRECTION;
-  return g;
-}
-
-PrincipledInputs principled() {
-  PrincipledInputs p{};
-  p.base_color = vec3(0.8f, 0.4f, 0.2f);
-  p.roughness = 0.5f;
-  p.ior = 1.5f;
-  p.alpha = 1.0f;
-  p.normal = kN;
-  p.specular_ior_level = 0.5f;
-  p.specular_tint = vec3(1.0f);
-  p.tangent = kX;
-  p.coat_roughness = 0.1f;
-  p.coat_ior = 1.5f;
-  p.coat_tint = vec3(1.0f);
-  p.coat_normal = kN;
-  p.sheen_roughness = 0.5f;
-  p.sheen_tint = vec3(1.0f);
-  p.multiscatter = 1u;
-  return p;
-}
-
-using Builder = std::function<void(ClosureList&, const ShadingGeometry&)>;
-struct Case {
-  const char* name;
-  Builder build;
-};
-
-const std::vector<Case>& cases() {
-  static const vec3 one(1.0f);
-  static const std::vector<Case> list = {
-      {"diffuse", [](auto& l, auto& g) { closures_add_diffuse(l, g, 1.0f, one, 0.0f, kN); }},
-      {"rough diffuse", [](auto& l, auto& g) { closures_add_diffuse(l, g, 1.0f, one, 0.8f, kN); }},
-      {"translucent", [](auto& l, auto& g) { closures_add_translucent(l, g, 1.0f, one, kN); }},
-      {"sheen", [](auto& l, auto& g) { closures_add_sheen(l, g, 1.0f, one, 0.4f, kN); }},
-      {"toon", [](auto& l, auto& g) { closures_add_toon(l, g, 1.0f, one, 0.4f, 0.3f, 0u, kN); }},
-      {"glossy toon", [](auto& l, auto& g) { closures_add_toon(l, g, 1.0f, one, 0.4f, 0.3f, 1u, kN); }},
-      {"glossy 0.3", [](auto& l, auto& g) { closures_add_glossy(l, g, 1.0f, one, 0.3f, 0.0f, 0.0f, kN, kX, 0u); }},
-      {"glossy 0.9", [](auto& l, auto& g) { closures_add_glossy(l, g, 1.0f, one, 0.9f, 0.0f, 0.0f, kN, kX, 1u); }},
-      {"stretched", [](auto& l, auto& g) { closures_add_glossy(l, g, 1.0f, one, 0.6f, 0.7f, 0.15f, kN, kX, 0u); }},
-      {"metal", [](auto& l, auto& g) { closures_add_metallic_f82(l, g, 1.0f, vec3(0.9f, 0.5f, 0.3f), vec3(0.5f), 0.5f, 0.5f, 0.2f, kN, kX, 1u); }},
-      {"conductor", [](auto& l, auto& g) { closures_add_metallic_conductor(l, g, 1.0f, vec3(0.2f, 0.9f, 1.1f), vec3(3.0f, 2.2f, 2.0f), 0.4f, 0.0f, 0.0f, kN, kX, 1u); }},
-      {"glass 0.4", [](auto& l, auto& g) { closures_add_glass(l, g, 1.0f, one, 0.4f, 1.5f, kN, 0u); }},
-      {"glass 0.9", [](auto& l, auto& g) { closures_add_glass(l, g, 1.0f, one, 0.9f, 1.8f, kN, 1u); }},
-      {"glass from inside", [](auto& l, auto& g) { ShadingGeometry inside = g; inside.flags |= HW_SHADE_BACKFACING; closures_add_glass(l, inside, 1.0f, one, 0.5f, 1.5f, kN, 1u); }},
-      {"refraction", [](auto& l, auto& g) { closures_add_refraction(l, g, 1.0f, one, 0.5f, 1.4f, kN); }},
-      {"principled", [](auto& l, auto& g) { closures_add_principled(l, g, 1.0f, principled()); }},
-      {"principled all", [](auto& l, auto& g) {
-         PrincipledInputs p = principled();
-         p.metallic = 0.3f, p.transmission_weight = 0.4f, p.coat_weight = 0.6f, p.coat_roughness = 0.4f, p.sheen_weight = 0.5f;
-         p.diffuse_roughness = 0.5f, p.anisotropic = 0.5f, p.roughness = 0.6f;
-         closures_add_principled(l, g, 1.0f, p);
-       }},
-  };
-  return list;
-}
-
-ClosureList build(const Builder& b, const ShadingGeometry& g) {
-  ClosureList list;
-  b(list, g);
-  closures_finish(list);
-  return list;
-}
-
-// Stratified points of the unit cube, n^3.
-template <typename F>
-void stratified(int n, unsigned seed, F f) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> u(0.0f, 1.0f);
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j)
-      for (int k = 0; k < n; ++k) {
-        const vec3 p((i + u(random)) / n, (j + u(random)) / n, (k + u(random)) / n);
-        f(min(p, vec3(0.99999994f)));
-      }
-}
-
-vec3 white_albedo(const ClosureList& list, const ShadingGeometry& g, int n = 32) {
-  glm::dvec3 sum(0.0);
-  stratified(n, 1u, [&](vec3 u) {
-    const BsdfSample s = closures_sample(list, g, u);
-    if (s.label != HW_LABEL_NONE) sum += glm::dvec3(bsdf_value_total(s.value)) / double(s.value.pdf);
-  });
-  return vec3(sum / double(n * n * n));
-}
-
-// Over the sphere, in cells of equal solid angle with 2 x 2 points each: f(direction, solid angle of the point).
-template <typename F>
-void over_sphere(int rows, F f) {
-  const int columns = 2 * rows;
-  for (int i = 0; i < rows; ++i)
-    for (int j = 0; j < columns; ++j) {
-      const float z = 1.0f - 2.0f * (i + 0.5f) / rows, phi = 2.0f * HW_PI * (j + 0.5f) / columns;
-      const float s = std::sqrt(std::max(1.0f - z * z, 0.0f));
-      f(vec3(s * std::cos(phi), s * std::sin(phi), z), 4.0 * HW_PI / (rows * columns));
-    }
-}
-
-bool finite(vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-
-}  // namespace
+using namespace hw::closure_test;
 
 TEST_CASE("closure record: octahedral normals and half colours keep their precision") {
   std::mt19937 random(3);
@@ -202,7 +83,9 @@ TEST_CASE("reflection is reciprocal where the model is") {
       [](auto& l, auto& g) { closures_add_diffuse(l, g, 1.0f, vec3(0.7f), 0.8f, kN); },
       [](auto& l, auto& g) { closures_add_glossy(l, g, 1.0f, vec3(0.7f), 0.6f, 0.0f, 0.0f, kN, kX, 0u); },
       [](auto& l, auto& g) { closures_add_glossy(l, g, 1.0f, vec3(0.7f), 0.6f, 0.6f, 0.1f, kN, kX, 0u); },
-      [](auto& l, auto& g) { closures_add_metallic_f82(l, g, 1.0f, vec3(0.7f), vec3(0.3f), 0.5f, 0.4f, 0.1f, kN, kX, 0u); },
+      [](auto& l, auto& g) {
+        closures_add_metallic_f82(l, g, 1.0f, vec3(0.7f), vec3(0.3f), 0.5f, 0.4f, 0.1f, kN, kX, 0u);
+      },
       [](auto& l, auto& g) { closures_add_glass(l, g, 1.0f, vec3(0.7f), 0.5f, 1.5f, kN, 0u); }};
   for (const Builder& b : reciprocal) {
     for (int i = 0; i < 200; ++i) {
@@ -221,7 +104,8 @@ TEST_CASE("refraction obeys the reciprocity of radiance over n^2") {
     const ShadingGeometry above = geometry(u(random), turn(random));
     ShadingGeometry below = geometry(u(random), turn(random));
     below.flags |= HW_SHADE_BACKFACING;  // its frame is turned over: the side of the viewer is up
-    const vec3 to_below = vec3(below.wo.x, below.wo.y, -below.wo.z), to_above = vec3(above.wo.x, above.wo.y, -above.wo.z);
+    const vec3 to_below = vec3(below.wo.x, below.wo.y, -below.wo.z),
+               to_above = vec3(above.wo.x, above.wo.y, -above.wo.z);
     ClosureList from_above, from_below;
     closures_add_glass(from_above, above, 1.0f, vec3(1.0f), 0.6f, 1.5f, kN, 0u);
     closures_add_glass(from_below, below, 1.0f, vec3(1.0f), 0.6f, 1.5f, kN, 0u);
@@ -229,106 +113,6 @@ TEST_CASE("refraction obeys the reciprocity of radiance over n^2") {
     const float up = bsdf_value_total(closures_eval(from_below, below, to_above)).x / above.wo.z;
     // f(a, b) / n_b^2 = f(b, a) / n_a^2, light arriving from b.
     CHECK(down / (1.5f * 1.5f) == doctest::Approx(up).epsilon(2e-3));
-  }
-}
-
-TEST_CASE("densities integrate to the share of samples that succeed") {
-  for (const Case& c : cases()) {
-    for (float cos_o : {0.95f, 0.5f, 0.15f}) {
-      CAPTURE(std::string(c.name));
-      CAPTURE(cos_o);
-      const ShadingGeometry g = geometry(cos_o);
-      const ClosureList list = build(c.build, g);
-      double integral = 0.0, sampled = 0.0;
-      over_sphere(600, [&](vec3 w, double d) { integral += closures_eval(list, g, w).pdf * d; });
-      stratified(32, 2u, [&](vec3 u) { sampled += closures_sample(list, g, u).label != HW_LABEL_NONE; });
-      sampled /= 32.0 * 32.0 * 32.0;
-      CHECK(integral == doctest::Approx(sampled).epsilon(0.01));
-    }
-  }
-}
-
-TEST_CASE("samples carry the value and density that evaluation gives") {
-  for (const Case& c : cases()) {
-    for (float cos_o : {0.9f, 0.4f, 0.1f}) {
-      CAPTURE(std::string(c.name));
-      CAPTURE(cos_o);
-      const ShadingGeometry g = geometry(cos_o);
-      const ClosureList list = build(c.build, g);
-      stratified(8, 3u, [&](vec3 u) {
-        const BsdfSample s = closures_sample(list, g, u);
-        if (s.label == HW_LABEL_NONE || (s.label & HW_LABEL_SINGULAR) != 0u) return;
-        const BsdfValue v = closures_eval(list, g, s.wi);
-        CHECK(s.value.pdf == doctest::Approx(v.pdf).epsilon(5e-3));
-        CHECK(bsdf_value_total(s.value).y == doctest::Approx(bsdf_value_total(v).y).epsilon(5e-3));
-        CHECK(length(s.wi) == doctest::Approx(1.0).epsilon(1e-5));
-        CHECK((dot(s.wi, kN) < 0.0f) == ((s.label & HW_LABEL_TRANSMIT) != 0u));
-      });
-    }
-  }
-}
-
-TEST_CASE("samples fall as often as their density says") {
-  // Cells of equal solid angle about an axis of their own, so that no edge of a lobe runs along them. Expected counts by the
-  // midpoint rule within the cells; chi-square, the significance shared among all tests (Sidak).
-  constexpr int kRows = 12, kColumns = 24, kSub = 24, kSamples = 40000;
-  const vec3 axis = normalize(vec3(0.3f, -0.5f, 0.7f));
-  vec3 x, y;
-  warp_frame(axis, x, y);
-  const double tests = cases().size() * 2.0, significance = 1.0 - std::pow(0.99, 1.0 / tests);
-  for (const Case& c : cases()) {
-    for (float cos_o : {0.8f, 0.25f}) {
-      CAPTURE(std::string(c.name));
-      CAPTURE(cos_o);
-      const ShadingGeometry g = geometry(cos_o);
-      const ClosureList list = build(c.build, g);
-      std::vector<double> expected(kRows * kColumns + 1, 0.0), found(expected.size(), 0.0);
-      double inside = 0.0;
-      for (int i = 0; i < kRows * kSub; ++i) {
-        for (int j = 0; j < kColumns * kSub; ++j) {
-          const float z = 1.0f - 2.0f * (i + 0.5f) / (kRows * kSub), phi = 2.0f * HW_PI * (j + 0.5f) / (kColumns * kSub);
-          const float s = std::sqrt(1.0f - z * z);
-          const vec3 w = s * std::cos(phi) * x + s * std::sin(phi) * y + z * axis;
-          const double p = closures_eval(list, g, w).pdf * 4.0 * HW_PI / (double(kRows) * kColumns * kSub * kSub);
-          expected[(i / kSub) * kColumns + j / kSub] += p * kSamples;
-          inside += p;
-        }
-      }
-      expected.back() = std::max(1.0 - inside, 0.0) * kSamples;  // no direction
-      std::mt19937 random(11);
-      std::uniform_real_distribution<float> u(0.0f, 1.0f);
-      for (int i = 0; i < kSamples; ++i) {
-        const BsdfSample s = closures_sample(list, g, min(vec3(u(random), u(random), u(random)), vec3(0.99999994f)));
-        size_t cell = expected.size() - 1;
-        if (s.label != HW_LABEL_NONE) {
-          const float turn = std::atan2(dot(s.wi, y), dot(s.wi, x)) / (2.0f * HW_PI);
-          const int row = std::clamp(int((1.0f - dot(s.wi, axis)) * 0.5f * kRows), 0, kRows - 1);
-          cell = row * kColumns + std::min(int((turn < 0.0f ? turn + 1.0f : turn) * kColumns), kColumns - 1);
-        }
-        found[cell] += 1.0;
-      }
-      double chi2 = 0.0, pooled_expected = 0.0, pooled_found = 0.0;
-      int freedom = -1;
-      auto count = [&](double e, double f) {
-        chi2 += (f - e) * (f - e) / e;
-        ++freedom;
-      };
-      for (size_t i = 0; i < expected.size(); ++i) {
-        if (expected[i] >= 8.0) {
-          count(expected[i], found[i]);
-        } else {
-          pooled_expected += expected[i];
-          pooled_found += found[i];
-        }
-      }
-      if (pooled_expected > 8.0) count(pooled_expected, pooled_found);
-      // Wilson and Hilferty: the cube root of chi2 / freedom is nearly normal.
-      const double z = (std::cbrt(chi2 / freedom) - (1.0 - 2.0 / (9.0 * freedom))) / std::sqrt(2.0 / (9.0 * freedom));
-      const double p_value = 0.5 * std::erfc(z / std::sqrt(2.0));
-      CAPTURE(chi2);
-      CAPTURE(freedom);
-      CHECK(p_value > significance);
-    }
   }
 }
 
@@ -448,7 +232,8 @@ TEST_CASE("nothing is ever NaN, infinite or negative") {
       CHECK(finite(closure_albedo(list.at[k], g.wo, true, true)));
       CHECK(list.at[k].sample_weight > 0.0f);
     }
-    const BsdfSample s = closures_sample(list, g, vec3(extreme({0.0f, 0.99999994f}), extreme({0.0f, 0.99999994f}), extreme({0.0f, 0.99999994f})));
+    const BsdfSample s = closures_sample(
+        list, g, vec3(extreme({0.0f, 0.99999994f}), extreme({0.0f, 0.99999994f}), extreme({0.0f, 0.99999994f})));
     if (s.label != HW_LABEL_NONE) {
       CHECK(finite(s.wi));
       CHECK(finite(bsdf_value_total(s.value)));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builders of closures: one function a Blender shader node, appending to a list what Cycles 5.0 makes of it. Principled is in
-// principled.h, which this file includes at its end.
+// Builders of closures: one function a Blender shader node, appending to a list what Cycles 5.0 makes of it. Principled
+// is in principled.h, which this file includes at its end.
 //
-// `weight` is the mix weight of the node in its tree (product of Mix Shader factors); colours are linear and may exceed 1
-// where Blender lets them. `N` is the node's normal input (g.Ns where nothing is linked), unit. `tangent` need not be unit
-// nor orthogonal to N; it matters only where anisotropy is not 0. Roughness is Blender's (alpha is its square).
+// `weight` is the mix weight of the node in its tree (product of Mix Shader factors); colours are linear and may exceed
+// 1 where Blender lets them. `N` is the node's normal input (g.Ns where nothing is linked), unit. `tangent` need not be
+// unit nor orthogonal to N; it matters only where anisotropy is not 0. Roughness is Blender's (alpha is its square).
 #ifndef HW_CLOSURE_BUILDERS_H
 #define HW_CLOSURE_BUILDERS_H
 #include "closure_list.h"
@@ -12,9 +12,9 @@
 #include "oren_nayar.h"
 HW_NAMESPACE_BEGIN
 
-// Where the mirror image of the viewer about N would go below the surface (or graze it), N turned towards Ng just so far
-// that it does not. With N' at angle t from Ng in the plane of both and wo = (a sin p, ., a cos p) there, the reflected
-// direction's height is a cos(2t - p): the limit `height` is reached at 2t = p + acos(height / a).
+// Where the mirror image of the viewer about N would go below the surface (or graze it), N turned towards Ng just so
+// far that it does not. With N' at angle t from Ng in the plane of both and wo = (a sin p, ., a cos p) there, the
+// reflected direction's height is a cos(2t - p): the limit `height` is reached at 2t = p + acos(height / a).
 HW_FN vec3 closure_valid_normal(HW_IN(ShadingGeometry) g, vec3 N) {
   if (!HW_HAS(HW_FEATURE_BUMP)) return N;
   vec3 r = 2.0f * dot(N, g.wo) * N - g.wo;
@@ -31,13 +31,15 @@ HW_FN vec3 closure_valid_normal(HW_IN(ShadingGeometry) g, vec3 N) {
   return valid ? N : turned;
 }
 
-// A record with nothing but type, weight and normal. A mean weight under the cutoff (or not finite) gives sample_weight 0.
+// A record with nothing but type, weight and normal. A mean weight under the cutoff (or not finite) gives sample_weight
+// 0.
 HW_FN Closure closure_make(uint type, HW_IN(ShadingGeometry) g, vec3 weight, vec3 N) {
   Closure c;
   c.weight = max(weight, vec3(0.0f));
   float mean = mean3(c.weight);
   c.sample_weight = mean >= HW_CLOSURE_WEIGHT_CUTOFF && mean < HW_INFINITY ? mean : 0.0f;
-  uint bump = (g.flags & HW_SHADE_BUMP_CORRECTION) != 0u ? HW_CLOSURE_BUMPED | HW_CLOSURE_BUMP_CORRECTION : HW_CLOSURE_BUMPED;
+  uint bump =
+      (g.flags & HW_SHADE_BUMP_CORRECTION) != 0u ? HW_CLOSURE_BUMPED | HW_CLOSURE_BUMP_CORRECTION : HW_CLOSURE_BUMPED;
   bool turned = N.x != g.Ns.x || N.y != g.Ns.y || N.z != g.Ns.z;
   c.type = type | (turned ? bump : 0u);
   c.N = N;
@@ -52,18 +54,19 @@ HW_FN Closure closure_make(uint type, HW_IN(ShadingGeometry) g, vec3 weight, vec
   return c;
 }
 
-// What a layer with this albedo leaves to the layers below it: the channel that loses most decides, so that colours under
-// a tinted layer do not shift.
+// What a layer with this albedo leaves to the layers below it: the channel that loses most decides, so that colours
+// under a tinted layer do not shift.
 HW_FN vec3 closure_layer(vec3 layer_albedo, vec3 weight) {
-  vec3 ratio = vec3(weight.x != 0.0f ? layer_albedo.x / weight.x : 0.0f, weight.y != 0.0f ? layer_albedo.y / weight.y : 0.0f,
-                    weight.z != 0.0f ? layer_albedo.z / weight.z : 0.0f);
+  vec3 ratio =
+      vec3(weight.x != 0.0f ? layer_albedo.x / weight.x : 0.0f, weight.y != 0.0f ? layer_albedo.y / weight.y : 0.0f,
+           weight.z != 0.0f ? layer_albedo.z / weight.z : 0.0f);
   return weight * saturate(1.0f - max3(ratio));
 }
 
-// The microfacet's colours are set. Sampling by its albedo; then, for Multiscatter GGX, energy lost between facets is given
-// back: Turquin 2019, "Practical multiple scattering compensation for microfacet models" (scaling by 1/E) with the darkening
-// of several reflections of Kulla and Conty 2017, for facets whose mean reflectance is `mean_fresnel`. Returns the albedo of
-// the reflection with the weight in it.
+// The microfacet's colours are set. Sampling by its albedo; then, for Multiscatter GGX, energy lost between facets is
+// given back: Turquin 2019, "Practical multiple scattering compensation for microfacet models" (scaling by 1/E) with
+// the darkening of several reflections of Kulla and Conty 2017, for facets whose mean reflectance is `mean_fresnel`.
+// Returns the albedo of the reflection with the weight in it.
 HW_FN vec3 closure_finish_microfacet(HW_INOUT(Closure) c, vec3 wo, vec3 mean_fresnel, uint multiscatter) {
   vec3 R, T;
   microfacet_albedo(c, wo, R, T);
@@ -97,7 +100,8 @@ HW_FN void closure_set_roughness(HW_INOUT(Closure) c, float alpha_x, float alpha
 }
 
 // Principled's and Metallic's anisotropy, 0..1: alpha stretched along the turned tangent.
-HW_FN void closure_set_anisotropy(HW_INOUT(Closure) c, float roughness, float anisotropy, float rotation, vec3 N, vec3 tangent) {
+HW_FN void closure_set_anisotropy(HW_INOUT(Closure) c, float roughness, float anisotropy, float rotation, vec3 N,
+                                  vec3 tangent) {
   float alpha = square(saturate(roughness));
   closure_set_roughness(c, alpha, alpha);
   if (HW_HAS(HW_FEATURE_ANISOTROPY)) {
@@ -116,8 +120,8 @@ HW_FN void closures_add_transparent(HW_INOUT(ClosureList) list, float weight, ve
   if (abs(mean3(w)) >= HW_CLOSURE_WEIGHT_CUTOFF && abs(mean3(w)) < HW_INFINITY) list.transparent += w;
 }
 
-HW_FN void closures_add_diffuse(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color, float roughness,
-                                vec3 N) {
+HW_FN void closures_add_diffuse(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color,
+                                float roughness, vec3 N) {
   Closure c = closure_make(HW_CLOSURE_DIFFUSE, g, color * weight, N);
   if (HW_HAS(HW_FEATURE_ROUGH_DIFFUSE)) {
     if (roughness >= 1e-5f) {
@@ -129,12 +133,14 @@ HW_FN void closures_add_diffuse(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometr
   closures_push(list, c);
 }
 
-HW_FN void closures_add_translucent(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color, vec3 N) {
+HW_FN void closures_add_translucent(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color,
+                                    vec3 N) {
   closures_push(list, closure_make(HW_CLOSURE_TRANSLUCENT, g, color * weight, closure_valid_normal(g, N)));
 }
 
 // The sheen's albedo is in the weight: returned for the layers below. 0 where the table has no sheen to give.
-HW_FN vec3 closures_push_sheen(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, vec3 weight, float roughness, vec3 N) {
+HW_FN vec3 closures_push_sheen(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, vec3 weight, float roughness,
+                               vec3 N) {
   Closure c = closure_make(HW_CLOSURE_SHEEN, g, weight, N);
   float r = clamp(roughness, 1e-3f, 1.0f);
   float cos_o = dot(N, g.wo);
@@ -148,8 +154,8 @@ HW_FN vec3 closures_push_sheen(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry
   return c.weight;
 }
 
-HW_FN void closures_add_sheen(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color, float roughness,
-                              vec3 N) {
+HW_FN void closures_add_sheen(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color,
+                              float roughness, vec3 N) {
   closures_push_sheen(list, g, color * weight, roughness, N);
 }
 
@@ -164,8 +170,9 @@ HW_FN void closures_add_toon(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) 
 }
 
 // multiscatter: 1 for the Multiscatter GGX distribution, 0 for GGX. Anisotropy -1..1; rotation: 0..1 is a full turn.
-HW_FN void closures_add_glossy(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color, float roughness,
-                               float anisotropy, float rotation, vec3 N, vec3 tangent, uint multiscatter) {
+HW_FN void closures_add_glossy(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color,
+                               float roughness, float anisotropy, float rotation, vec3 N, vec3 tangent,
+                               uint multiscatter) {
   if ((g.flags & HW_SHADE_NO_REFLECTIVE_CAUSTICS) != 0u) return;
   Closure c = closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_NONE << 8u), g, color * weight, closure_valid_normal(g, N));
   float alpha = square(saturate(roughness));
@@ -173,7 +180,8 @@ HW_FN void closures_add_glossy(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry
   if (HW_HAS(HW_FEATURE_ANISOTROPY)) {
     float a = clamp(anisotropy, -0.99f, 0.99f);
     if (abs(a) > 1e-4f) {
-      closure_set_roughness(c, a < 0.0f ? alpha / (1.0f + a) : alpha * (1.0f - a), a < 0.0f ? alpha * (1.0f + a) : alpha / (1.0f - a));
+      closure_set_roughness(c, a < 0.0f ? alpha / (1.0f + a) : alpha * (1.0f - a),
+                            a < 0.0f ? alpha * (1.0f + a) : alpha / (1.0f - a));
       vec3 t = rotate_about(tangent, c.N, rotation * (2.0f * HW_PI));
       c.tangent = octahedral_pack(dot(t, t) > 0.0f ? t : vec3(0.0f, 0.0f, 1.0f));
     }
@@ -186,7 +194,8 @@ HW_FN void closures_add_refraction(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
                                    float roughness, float ior, vec3 N) {
   if (!HW_HAS(HW_FEATURE_TRANSMISSION)) return;
   if ((g.flags & HW_SHADE_NO_REFRACTIVE_CAUSTICS) != 0u) return;
-  Closure c = closure_make(HW_CLOSURE_REFRACTION | (HW_FRESNEL_NONE << 8u), g, color * weight, closure_valid_normal(g, N));
+  Closure c =
+      closure_make(HW_CLOSURE_REFRACTION | (HW_FRESNEL_NONE << 8u), g, color * weight, closure_valid_normal(g, N));
   float alpha = square(roughness);
   closure_set_roughness(c, alpha, alpha);
   float eta = max(ior, 1e-5f);
@@ -194,9 +203,10 @@ HW_FN void closures_add_refraction(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
   closures_push(list, c);
 }
 
-// Glass of the given index and tints: Glass node and Principled's transmission. f0 is its reflectance at normal incidence.
-HW_FN void closures_push_glass(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, vec3 weight, float roughness, float ior,
-                               vec3 f0, vec3 tint, uint tint_flag, vec3 N, uint multiscatter) {
+// Glass of the given index and tints: Glass node and Principled's transmission. f0 is its reflectance at normal
+// incidence.
+HW_FN void closures_push_glass(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, vec3 weight, float roughness,
+                               float ior, vec3 f0, vec3 tint, uint tint_flag, vec3 N, uint multiscatter) {
   if (!HW_HAS(HW_FEATURE_TRANSMISSION)) return;
   bool reflects = (g.flags & HW_SHADE_NO_REFLECTIVE_CAUSTICS) == 0u;
   bool transmits = (g.flags & HW_SHADE_NO_REFRACTIVE_CAUSTICS) == 0u;
@@ -216,15 +226,15 @@ HW_FN void closures_push_glass(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry
   closures_push(list, c);
 }
 
-HW_FN void closures_add_glass(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color, float roughness,
-                              float ior, vec3 N, uint multiscatter) {
+HW_FN void closures_add_glass(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 color,
+                              float roughness, float ior, vec3 N, uint multiscatter) {
   float eta = max(ior, 1e-5f);
   closures_push_glass(list, g, vec3(weight), roughness, eta, vec3(f0_from_ior(eta)), max(color, vec3(0.0f)),
                       HW_CLOSURE_REFLECT_TINT, closure_valid_normal(g, N), multiscatter);
 }
 
-HW_FN void closures_push_f82(HW_INOUT(ClosureList) list, HW_IN(Closure) facets, HW_IN(ShadingGeometry) g, vec3 f0, vec3 tint,
-                             uint multiscatter) {
+HW_FN void closures_push_f82(HW_INOUT(ClosureList) list, HW_IN(Closure) facets, HW_IN(ShadingGeometry) g, vec3 f0,
+                             vec3 tint, uint multiscatter) {
   Closure c = facets;
   vec3 edge = f82_edge_from_tint(f0, tint);
   closure_set_colors(c, f0, edge);
@@ -233,9 +243,9 @@ HW_FN void closures_push_f82(HW_INOUT(ClosureList) list, HW_IN(Closure) facets, 
 }
 
 // Metallic node, "F82 Tint".
-HW_FN void closures_add_metallic_f82(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 base_color,
-                                     vec3 edge_tint, float roughness, float anisotropy, float rotation, vec3 N, vec3 tangent,
-                                     uint multiscatter) {
+HW_FN void closures_add_metallic_f82(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight,
+                                     vec3 base_color, vec3 edge_tint, float roughness, float anisotropy, float rotation,
+                                     vec3 N, vec3 tangent, uint multiscatter) {
   if (!HW_HAS(HW_FEATURE_METALLIC)) return;
   if ((g.flags & HW_SHADE_NO_REFLECTIVE_CAUSTICS) != 0u) return;
   Closure c = closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_F82 << 8u), g, vec3(weight), closure_valid_normal(g, N));
@@ -244,12 +254,13 @@ HW_FN void closures_add_metallic_f82(HW_INOUT(ClosureList) list, HW_IN(ShadingGe
 }
 
 // Metallic node, "Physical Conductor": complex index of refraction n + ik per channel.
-HW_FN void closures_add_metallic_conductor(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 n, vec3 k,
-                                           float roughness, float anisotropy, float rotation, vec3 N, vec3 tangent,
-                                           uint multiscatter) {
+HW_FN void closures_add_metallic_conductor(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, float weight, vec3 n,
+                                           vec3 k, float roughness, float anisotropy, float rotation, vec3 N,
+                                           vec3 tangent, uint multiscatter) {
   if (!HW_HAS(HW_FEATURE_CONDUCTOR)) return;
   if ((g.flags & HW_SHADE_NO_REFLECTIVE_CAUSTICS) != 0u) return;
-  Closure c = closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_CONDUCTOR << 8u), g, vec3(weight), closure_valid_normal(g, N));
+  Closure c =
+      closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_CONDUCTOR << 8u), g, vec3(weight), closure_valid_normal(g, N));
   closure_set_anisotropy(c, roughness, anisotropy, rotation, N, tangent);
   closure_set_colors(c, max(n, vec3(0.0f)), max(k, vec3(0.0f)));
   closure_finish_microfacet(c, g.wo, fresnel_conductor_mean(closure_color0(c), closure_color1(c)), multiscatter);

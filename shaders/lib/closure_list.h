@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of closures at a hit. In GLSL it is a window on memory (Closure[HW_MAX_CLOSURES] at an address of the path), so
-// that passing it costs a few words; in C++ it owns its records.
+// The list of closures at a hit. In GLSL it is a window on memory (Closure[HW_MAX_CLOSURES] at an address of the path),
+// so that passing it costs a few words; in C++ it owns its records.
 #ifndef HW_CLOSURE_LIST_H
 #define HW_CLOSURE_LIST_H
 #include "../shared/closure.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closures, evaluated and sampled: first one record, then a list of them under one-sample MIS (Veach 1997, balance heuristic
-// over the closures' sample weights).
+// Closures, evaluated and sampled: first one record, then a list of them under one-sample MIS (Veach 1997, balance
+// heuristic over the closures' sample weights).
 //
-// Directions point away from the surface. "f" includes the cosine and the closure's weight. As in Cycles 5.0, evaluation
-// lets light reach any direction above the shading normal (checked against the interpolated normal where a bump or normal
-// map turned it), while sampling also asks that the direction lies on its side of the geometric normal.
+// Directions point away from the surface. "f" includes the cosine and the closure's weight. As in Cycles 5.0,
+// evaluation lets light reach any direction above the shading normal (checked against the interpolated normal where a
+// bump or normal map turned it), while sampling also asks that the direction lies on its side of the geometric normal.
 #ifndef HW_CLOSURES_H
 #define HW_CLOSURES_H
 #include "closure_list.h"
@@ -52,9 +52,10 @@ HW_FN void closure_blur(HW_INOUT(Closure) c, float alpha) {
   }
 }
 
-// For a closure whose normal is not the interpolated one, what is left of direction w. 0 where w is on the wrong side of
-// the smooth surface; for diffuse closures a softened terminator (Conty Estevez, Lecocq and Stein 2019, "A microfacet-based
-// shadowing function to solve the bump terminator problem"). hard: 0 for the sampled direction of a glossy closure.
+// For a closure whose normal is not the interpolated one, what is left of direction w. 0 where w is on the wrong side
+// of the smooth surface; for diffuse closures a softened terminator (Conty Estevez, Lecocq and Stein 2019, "A
+// microfacet-based shadowing function to solve the bump terminator problem"). hard: 0 for the sampled direction of a
+// glossy closure.
 HW_FN float closure_bump_factor(HW_IN(Closure) c, vec3 Ns, vec3 w, bool hard) {
   if (!HW_HAS(HW_FEATURE_BUMP)) return 1.0f;
   if ((c.type & HW_CLOSURE_BUMPED) == 0u) return 1.0f;
@@ -103,10 +104,11 @@ HW_FN ClosureValue closure_eval(HW_IN(Closure) c, HW_IN(ShadingGeometry) g, vec3
       v.lobe = glossy ? HW_LOBE_GLOSSY : HW_LOBE_DIFFUSE;
     }
   }
-  if (HW_HAS(HW_FEATURE_GLOSSY | HW_FEATURE_TRANSMISSION)) {
+  if (HW_HAS(HW_FEATURE_MICROFACET)) {
     if (closure_is_microfacet(c)) {
       v.f = microfacet_eval(c, g.wo, wi, v.pdf);
-      v.lobe = t == HW_CLOSURE_GLOSSY || (t == HW_CLOSURE_GLASS && cos_i > 0.0f) ? HW_LOBE_GLOSSY : HW_LOBE_TRANSMISSION;
+      v.lobe =
+          t == HW_CLOSURE_GLOSSY || (t == HW_CLOSURE_GLASS && cos_i > 0.0f) ? HW_LOBE_GLOSSY : HW_LOBE_TRANSMISSION;
     }
   }
   float bump = closure_bump_factor(c, g.Ns, wi, true);
@@ -153,7 +155,7 @@ HW_FN uint closure_sample(HW_IN(Closure) c, HW_IN(ShadingGeometry) g, vec3 u, HW
   // All so far: on its own side of the geometric normal.
   bool wrong_side = (dot(g.Ng, wi) > 0.0f) == translucent;
   v.pdf = wrong_side ? 0.0f : v.pdf;
-  if (HW_HAS(HW_FEATURE_GLOSSY | HW_FEATURE_TRANSMISSION)) {
+  if (HW_HAS(HW_FEATURE_MICROFACET)) {
     if (closure_is_microfacet(c)) {
       label = microfacet_sample(c, g.Ng, g.wo, u, wi, v.f, v.pdf);
       v.lobe = t == HW_CLOSURE_GLOSSY || (t == HW_CLOSURE_GLASS && dot(c.N, wi) > 0.0f) ? HW_LOBE_GLOSSY
@@ -178,7 +180,7 @@ HW_FN uint closure_sample(HW_IN(Closure) c, HW_IN(ShadingGeometry) g, vec3 u, HW
 // passes. Glass contributes to both the glossy and the transmission colour, each with its lobe.
 HW_FN vec3 closure_albedo(HW_IN(Closure) c, vec3 wo, bool reflection, bool transmission) {
   vec3 share = vec3(1.0f);
-  if (HW_HAS(HW_FEATURE_GLOSSY | HW_FEATURE_TRANSMISSION)) {
+  if (HW_HAS(HW_FEATURE_MICROFACET)) {
     if (closure_is_microfacet(c)) {
       vec3 R, T;
       microfacet_albedo(c, wo, R, T);
@@ -223,7 +225,8 @@ HW_FN BsdfValue closures_eval(HW_IN(ClosureList) list, HW_IN(ShadingGeometry) g,
 }
 
 // A direction. u.z chooses the closure and is then used again; u.xy choose within it. HW_LABEL_NONE: the path ends.
-// A delta's value is its factor and its pdf the probability of the choice: the other closures are left to other samples.
+// A delta's value is its factor and its pdf the probability of the choice: the other closures are left to other
+// samples.
 HW_FN BsdfSample closures_sample(HW_IN(ClosureList) list, HW_IN(ShadingGeometry) g, vec3 u) {
   BsdfSample s;
   s.wi = g.Ng;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fresnel reflectance of dielectrics and metals, exact and artistic, and their means over the hemisphere.
 //
-// Follows: Walter et al. 2007 (dielectric); Kutz et al. 2021, "Novel aspects of the Adobe Standard Material" (F82 tint);
-// Kulla and Conty 2017, "Revisiting physically based shading at Imageworks" (fits of the mean).
-// All cosines are against the microfacet's normal; `eta` is the index on the far side over that on the viewer's side.
+// Follows: Walter et al. 2007 (dielectric); Kutz et al. 2021, "Novel aspects of the Adobe Standard Material" (F82
+// tint); Kulla and Conty 2017, "Revisiting physically based shading at Imageworks" (fits of the mean). All cosines are
+// against the microfacet's normal; `eta` is the index on the far side over that on the viewer's side.
 #ifndef HW_FRESNEL_H
 #define HW_FRESNEL_H
 #include "frame.h"
@@ -65,7 +65,8 @@ HW_FN vec3 fresnel_f82(float cos_i, vec3 f0, vec3 b) {
 HW_FN vec3 fresnel_f82_mean(vec3 f0, vec3 b) { return mix(f0, vec3(1.0f), 1.0f / 21.0f) - b * (1.0f / 126.0f); }
 
 // Reflectance of a conductor of complex index n + ik, in air. With n_t = n + ik and the refracted normal component
-// (u + iv)^2 = n_t^2 - sin^2: R_s = |c - u - iv|^2 / |c + u + iv|^2, R_p = |n_t^2 c - (u + iv)|^2 / |n_t^2 c + (u + iv)|^2.
+// (u + iv)^2 = n_t^2 - sin^2: R_s = |c - u - iv|^2 / |c + u + iv|^2, R_p = |n_t^2 c - (u + iv)|^2 / |n_t^2 c + (u +
+// iv)|^2.
 HW_FN vec3 fresnel_conductor(float cos_i, vec3 n, vec3 k) {
   float c = saturate(cos_i);
   vec3 re = n * n - k * k;

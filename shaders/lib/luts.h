@@ -2,8 +2,8 @@
 // Look-up tables of albedos: layout and interpolation. Filled by core/materials/luts.cpp; one array of floats, reached
 // through Root::luts in GLSL and hw::albedo_luts() in C++.
 //
-// All are sampled on [0, 1] with points at both ends and blended linearly. r: roughness (square root of alpha), c: cosine
-// of the viewing angle, z: sqrt(|ior - 1| / (ior + 1)), which is f0^(1/4).
+// All are sampled on [0, 1] with points at both ends and blended linearly. r: roughness (square root of alpha), c:
+// cosine of the viewing angle, z: sqrt(|ior - 1| / (ior + 1)), which is f0^(1/4).
 //   E            32 x 32       [c][r]     albedo of GGX reflection without Fresnel
 //   E_MEAN       32            [r]        its mean over the cosine-weighted hemisphere
 //   GLASS        16 x 16 x 16  [z][c][r]  albedo of GGX glass, ior > 1

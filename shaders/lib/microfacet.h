@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // GGX microfacets with Smith's height-correlated shadowing.
 //
-// Follows: Walter et al. 2007, "Microfacet models for refraction through rough surfaces"; Heitz 2014, "Understanding the
-// masking-shadowing function"; Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps".
-// Local frames have z along the shading normal, x along the tangent.
+// Follows: Walter et al. 2007, "Microfacet models for refraction through rough surfaces"; Heitz 2014, "Understanding
+// the masking-shadowing function"; Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical caps". Local
+// frames have z along the shading normal, x along the tangent.
 #ifndef HW_MICROFACET_H
 #define HW_MICROFACET_H
 #include "frame.h"
 HW_NAMESPACE_BEGIN
 
-// Distribution of normals. slope2 = (h.x/alpha_x)^2 + (h.y/alpha_y)^2. Written with the sine rather than 1 - cos^2, which
-// cancels for smooth surfaces.
+// Distribution of normals. slope2 = (h.x/alpha_x)^2 + (h.y/alpha_y)^2. Written with the sine rather than 1 - cos^2,
+// which cancels for smooth surfaces.
 HW_FN float ggx_distribution(float slope2, float cos_h, float alpha_xy) {
   return 1.0f / (HW_PI * alpha_xy * square(slope2 + cos_h * cos_h));
 }

@@ -67,8 +67,8 @@ HW_FN void microfacet_fresnel(HW_IN(Closure) c, float cos_i, HW_OUT(vec3) reflec
   }
 }
 
-// Share of a white environment that each lobe returns, without the closure's weight. As Cycles: tables for what they hold,
-// otherwise as if the surface were smooth; the missing energy of rough facets is taken as restored.
+// Share of a white environment that each lobe returns, without the closure's weight. As Cycles: tables for what they
+// hold, otherwise as if the surface were smooth; the missing energy of rough facets is taken as restored.
 HW_FN void microfacet_albedo(HW_IN(Closure) c, vec3 wo, HW_OUT(vec3) reflected, HW_OUT(vec3) transmitted) {
   float cos_o = dot(c.N, wo);
   float cos_t;
@@ -113,16 +113,17 @@ HW_FN void microfacet_frame(HW_IN(Closure) c, HW_OUT(vec3) x, HW_OUT(vec3) y) {
   }
 }
 
-// Whether refraction from wo to wi has a facet to go through: its normal, above the surface, must see wo from the front and
-// wi from behind. Departure: Cycles does not ask, so lights sampled through open sheets of rough glass add light there that
-// no sampled direction finds, and its image depends on the light sampling. Closed objects hide it.
+// Whether refraction from wo to wi has a facet to go through: its normal, above the surface, must see wo from the front
+// and wi from behind. Departure: Cycles does not ask, so lights sampled through open sheets of rough glass add light
+// there that no sampled direction finds, and its image depends on the light sampling. Closed objects hide it.
 HW_FN bool microfacet_refraction_exists(HW_IN(Closure) c, vec3 wo, vec3 wi) {
   vec3 h = c.ior * wi + wo;
   float up = dot(c.N, h);
   return up * dot(h, wo) > 0.0f && up * dot(h, wi) < 0.0f;
 }
 
-// f(wo, wi)|cos| and pdf without the closure's weight, by Walter et al. 2007: common factor D |wo·h| |dh/dwi| / (wo·n)...
+// f(wo, wi)|cos| and pdf without the closure's weight, by Walter et al. 2007: common factor D |wo·h| |dh/dwi| /
+// (wo·n)...
 HW_FN vec3 microfacet_eval(HW_IN(Closure) c, vec3 wo, vec3 wi, HW_OUT(float) pdf) {
   pdf = 0.0f;
   float cos_o = dot(c.N, wo);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Diffuse reflection of rough surfaces: Oren-Nayar in Fujii's form with the energy of multiple scattering added.
 //
-// Follows: Fujii, "A tiny improvement of Oren-Nayar reflectance model"; the multiple-scattering term of OpenPBR (Portsmouth,
-// Kutz and Hill 2024, "EON: a practical energy-preserving rough diffuse BRDF"). Departure, as in Cycles: that term is
-// multiplied by the closure's weight, hence by the colour, once more than in the paper.
+// Follows: Fujii, "A tiny improvement of Oren-Nayar reflectance model"; the multiple-scattering term of OpenPBR
+// (Portsmouth, Kutz and Hill 2024, "EON: a practical energy-preserving rough diffuse BRDF"). Departure, as in Cycles:
+// that term is multiplied by the closure's weight, hence by the colour, once more than in the paper.
 #ifndef HW_OREN_NAYAR_H
 #define HW_OREN_NAYAR_H
 #include "frame.h"

@@ -8,8 +8,10 @@
 #include "closure_builders.h"
 HW_NAMESPACE_BEGIN
 
-// Coat: a dielectric layer, always with its energy restored, and absorption on the way through it. Returns what is left.
-HW_FN vec3 principled_coat(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, HW_IN(PrincipledInputs) p, vec3 weight) {
+// Coat: a dielectric layer, always with its energy restored, and absorption on the way through it. Returns what is
+// left.
+HW_FN vec3 principled_coat(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g, HW_IN(PrincipledInputs) p,
+                           vec3 weight) {
   float coat = max(p.coat_weight, 0.0f);
   if (coat <= HW_CLOSURE_WEIGHT_CUTOFF) return weight;
   vec3 N = closure_valid_normal(g, p.coat_normal);
@@ -50,7 +52,8 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
       vec3 sheen_N = mix(p.normal, p.coat_normal, saturate(p.coat_weight));
       float length2 = dot(sheen_N, sheen_N);
       sheen_N = p.coat_weight > 0.0f && length2 > 0.0f ? sheen_N * inversesqrt(length2) : p.normal;
-      vec3 albedo = closures_push_sheen(list, g, w * max(p.sheen_tint, vec3(0.0f)) * sheen, saturate(p.sheen_roughness), sheen_N);
+      vec3 albedo =
+          closures_push_sheen(list, g, w * max(p.sheen_tint, vec3(0.0f)) * sheen, saturate(p.sheen_roughness), sheen_N);
       w = closure_layer(albedo, w);
     }
   }
@@ -70,8 +73,8 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
   if (HW_HAS(HW_FEATURE_TRANSMISSION)) {
     float transmission = saturate(p.transmission_weight);
     if (transmission > HW_CLOSURE_WEIGHT_CUTOFF) {
-      closures_push_glass(list, g, w * transmission, p.roughness, ior, specular_tint * f0_from_ior(ior), sqrt(base1), 0u, N,
-                          p.multiscatter);
+      closures_push_glass(list, g, w * transmission, p.roughness, ior, specular_tint * f0_from_ior(ior), sqrt(base1),
+                          0u, N, p.multiscatter);
       w = w * (1.0f - transmission);
     }
   }
@@ -83,7 +86,8 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
     float eta = level == 0.5f ? ior : (ior < 1.0f ? 1.0f / scaled : scaled);
     f0 = level == 0.5f ? f0 : f0 * 2.0f * level;
     vec3 f0_color = saturate3(specular_tint * f0);
-    Closure c = closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_SCHLICK << 8u), g, reflects && eta != 1.0f ? w : vec3(0.0f), N);
+    Closure c =
+        closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_SCHLICK << 8u), g, reflects && eta != 1.0f ? w : vec3(0.0f), N);
     c.ior = eta;
     closure_set_anisotropy(c, p.roughness, p.anisotropic, p.anisotropic_rotation, p.normal, p.tangent);
     closure_set_colors(c, f0_color, vec3(0.0f));

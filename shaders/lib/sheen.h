@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Microfibre sheen as a linearly transformed cosine: Zeltner, Burley and Chiang 2022, "Practical multiple-scattering sheen
-// using linearly transformed cosines". The transform maps w to (a x + b z, a y, z) in the frame whose x is the viewer's side;
-// a, b and the albedo come from the table (lib/luts.h).
+// Microfibre sheen as a linearly transformed cosine: Zeltner, Burley and Chiang 2022, "Practical multiple-scattering
+// sheen using linearly transformed cosines". The transform maps w to (a x + b z, a y, z) in the frame whose x is the
+// viewer's side; a, b and the albedo come from the table (lib/luts.h).
 #ifndef HW_SHEEN_H
 #define HW_SHEEN_H
 #include "frame.h"
 HW_NAMESPACE_BEGIN
 
-// Density over the upper hemisphere; it is both f·cos / albedo and the pdf. With w' = M w and |det M| = a^2 the density is
-// cos(w') / pi · a^2 / |w'|^3, where cos(w') = z / |w'|.
+// Density over the upper hemisphere; it is both f·cos / albedo and the pdf. With w' = M w and |det M| = a^2 the density
+// is cos(w') / pi · a^2 / |w'|^3, where cos(w') = z / |w'|.
 HW_FN float sheen_density(float a, float b, vec3 N, vec3 wo, vec3 wi) {
   vec3 x, y;
   frame_from_tangent(N, wo, x, y);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Toon shading: a disk of light of half angle `size` with a linear border `smooth`, about the normal (diffuse) or the mirror
-// direction (glossy). As Cycles has it: the lobe is 1 / (its cone's solid angle), without a cosine.
+// Toon shading: a disk of light of half angle `size` with a linear border `smooth`, about the normal (diffuse) or the
+// mirror direction (glossy). As Cycles has it: the lobe is 1 / (its cone's solid angle), without a cosine.
 #ifndef HW_TOON_H
 #define HW_TOON_H
 #include "frame.h"

@@ -14,7 +14,7 @@ HW_CONST uint HW_CLOSURE_OREN_NAYAR = 2u;
 HW_CONST uint HW_CLOSURE_SHEEN = 3u;
 HW_CONST uint HW_CLOSURE_DIFFUSE_TOON = 4u;
 HW_CONST uint HW_CLOSURE_TRANSLUCENT = 5u;
-HW_CONST uint HW_CLOSURE_GLOSSY = 6u;      // GGX reflection
+HW_CONST uint HW_CLOSURE_GLOSSY = 6u;  // GGX reflection
 HW_CONST uint HW_CLOSURE_GLOSSY_TOON = 7u;
 HW_CONST uint HW_CLOSURE_REFRACTION = 8u;  // GGX refraction only
 HW_CONST uint HW_CLOSURE_GLASS = 9u;       // GGX reflection and refraction
@@ -35,16 +35,16 @@ HW_CONST uint HW_CLOSURE_NO_REFLECT = 0x80000u;       // SCHLICK: no reflection 
 HW_CONST uint HW_CLOSURE_NO_TRANSMIT = 0x100000u;     // SCHLICK: no transmission (caustics off)
 
 struct Closure {
-  uint type;           // HW_CLOSURE_* | HW_FRESNEL_* << 8 | flags
+  uint type;  // HW_CLOSURE_* | HW_FRESNEL_* << 8 | flags
   vec3 weight;
-  float sample_weight; // >= 0; the chance of being picked is this over the list's sum
-  vec3 N;              // shading normal, unit, world space, towards the viewer's side
-  float alpha_x;       // microfacets: alpha along `tangent`; Oren-Nayar: roughness; sheen: LTC a; toon: size [rad]
-  float alpha_y;       // microfacets: alpha across; sheen: LTC b; toon: smooth [rad]
-  float ior;           // microfacets: index below the surface over index above (viewer's side)
-  float energy_scale;  // microfacets: restores the energy of multiple scattering
-  uint tangent;        // octahedral, 2 x 16 bit
-  uint color0_rg;      // six half floats, two colours. SCHLICK: f0 and tint; F82: f0 and b; CONDUCTOR: n and k;
+  float sample_weight;     // >= 0; the chance of being picked is this over the list's sum
+  vec3 N;                  // shading normal, unit, world space, towards the viewer's side
+  float alpha_x;           // microfacets: alpha along `tangent`; Oren-Nayar: roughness; sheen: LTC a; toon: size [rad]
+  float alpha_y;           // microfacets: alpha across; sheen: LTC b; toon: smooth [rad]
+  float ior;               // microfacets: index below the surface over index above (viewer's side)
+  float energy_scale;      // microfacets: restores the energy of multiple scattering
+  uint tangent;            // octahedral, 2 x 16 bit
+  uint color0_rg;          // six half floats, two colours. SCHLICK: f0 and tint; F82: f0 and b; CONDUCTOR: n and k;
   uint color0_b_color1_r;  //   Oren-Nayar: the multiple-scattering term of the viewing direction
   uint color1_gb;
 };
@@ -62,10 +62,10 @@ HW_CONST uint HW_LABEL_TRANSPARENT = 32u;
 
 // The hit as closures see it. Ng and Ns are flipped so that Ng faces the viewer (dot(Ng, wo) >= 0).
 struct ShadingGeometry {
-  vec3 wo;    // unit, towards the viewer
-  vec3 Ng;    // geometric normal
-  vec3 Ns;    // interpolated normal, before any bump or normal map
-  uint flags; // HW_SHADE_*
+  vec3 wo;     // unit, towards the viewer
+  vec3 Ng;     // geometric normal
+  vec3 Ns;     // interpolated normal, before any bump or normal map
+  uint flags;  // HW_SHADE_*
 };
 HW_CONST uint HW_SHADE_BACKFACING = 1u;              // the ray came from inside: indices of refraction are inverted
 HW_CONST uint HW_SHADE_BUMP_CORRECTION = 2u;         // Blender's material setting, on by default
@@ -80,8 +80,8 @@ struct BsdfValue {
   float pdf;
 };
 
-// `value`/`value.pdf` is the path's factor. Where `label` has SINGULAR or TRANSPARENT, the value is the factor of the delta
-// and pdf the probability of the choice.
+// `value`/`value.pdf` is the path's factor. Where `label` has SINGULAR or TRANSPARENT, the value is the factor of the
+// delta and pdf the probability of the choice.
 struct BsdfSample {
   vec3 wi;
   BsdfValue value;
@@ -98,7 +98,7 @@ struct PrincipledInputs {
   float roughness;
   float ior;
   float alpha;
-  vec3 normal;             // unit; Ns where nothing is linked
+  vec3 normal;  // unit; Ns where nothing is linked
   float diffuse_roughness;
   float subsurface_weight;
   float specular_ior_level;  // 0.5: as the IOR says
@@ -111,7 +111,7 @@ struct PrincipledInputs {
   float coat_roughness;
   float coat_ior;
   vec3 coat_tint;
-  vec3 coat_normal;        // unit; Ns (not `normal`) where nothing is linked
+  vec3 coat_normal;  // unit; Ns (not `normal`) where nothing is linked
   float sheen_weight;
   float sheen_roughness;
   vec3 sheen_tint;
@@ -119,7 +119,7 @@ struct PrincipledInputs {
   float emission_strength;
   float thin_film_thickness;  // [nm]; not shaded yet
   float thin_film_ior;
-  uint multiscatter;       // 1: Multiscatter GGX, Blender's default; 0: GGX
+  uint multiscatter;  // 1: Multiscatter GGX, Blender's default; 0: GGX
 };
 
 HW_NAMESPACE_END

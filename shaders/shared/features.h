@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene uses, one bit each. In GLSL it is specialisation constant 0 of every kernel, so that what is not used is not
-// in the kernel; in C++ everything is on.
+// What a scene uses, one bit each. In GLSL it is specialisation constant 0 of every kernel, so that what is not used is
+// not in the kernel; in C++ everything is on.
 #ifndef HW_FEATURES_H
 #define HW_FEATURES_H
 #include "portable.h"
@@ -17,9 +17,12 @@ HW_CONST uint HW_FEATURE_COAT = 1u << 6;
 HW_CONST uint HW_FEATURE_ANISOTROPY = 1u << 7;
 HW_CONST uint HW_FEATURE_ROUGH_DIFFUSE = 1u << 8;  // Oren-Nayar
 HW_CONST uint HW_FEATURE_TOON = 1u << 9;
-HW_CONST uint HW_FEATURE_TRANSPARENT = 1u << 10;   // alpha below 1, Transparent
+HW_CONST uint HW_FEATURE_TRANSPARENT = 1u << 10;  // alpha below 1, Transparent
 HW_CONST uint HW_FEATURE_BUMP = 1u << 11;  // shading normals: smooth shading, bump, normal maps (all but flat faces)
 HW_CONST uint HW_FEATURE_MULTISCATTER = 1u << 12;  // Multiscatter GGX: energy of microfacets restored
+// Any of the families that leave microfacet records.
+HW_CONST uint HW_FEATURE_MICROFACET =
+    HW_FEATURE_GLOSSY | HW_FEATURE_METALLIC | HW_FEATURE_CONDUCTOR | HW_FEATURE_TRANSMISSION | HW_FEATURE_COAT;
 // Bits 16..27: families of material program operations, HW_VM_* of material_program.h shifted by this much.
 HW_CONST uint HW_FEATURE_VM_SHIFT = 16u;
 // Bits 28..31: lights and the world.
