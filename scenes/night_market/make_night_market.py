@@ -117,7 +117,7 @@ def output(scene, frames, size):
     render.resolution_percentage = 100
     scene.view_settings.view_transform = "AgX"
     scene.view_settings.look = "AgX - Punchy"
-    scene.view_settings.exposure = 0.3
+    scene.view_settings.exposure = 0.5
     if hasattr(scene, "cycles"):
         render.engine = "CYCLES"
         scene.cycles.max_bounces = 6

@@ -9,6 +9,7 @@ frame by Blender's own compositor: Open Image Denoise on Headwater's albedo and 
 """
 
 import argparse
+import ctypes
 import json
 import os
 import sys
@@ -167,10 +168,13 @@ def main():
     if options.engine == "HEADWATER":
         import headwater.blender
 
+        (folder / "stats.jsonl").unlink(missing_ok=True)
+        sys.argv[1:] = ["--", "--headwater-stats", str(folder / "stats.jsonl")]  # as after `blender -b FILE -a --`
         headwater.blender.register()
     with captured_output():
         report = make_night_market.make(options.lights, options.frames, options.size)
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / "night_market.blend"), compress=True)
+        ctypes.CDLL(None).fflush(None)  # what Blender printed goes with the rest, not on the terminal later
     print(f"night market: {report['lights']} lights, {report['objects']} objects, made in {report['seconds']} s")
     set_up(options)
     try:
