@@ -113,6 +113,12 @@ class Graph:
             return a
         if a.value == (0.0, 0.0, 0.0) or b.value == (0.0, 0.0, 0.0):
             return c
+        if a.code == op.OP_FMA and b.constant and c.constant and a.args[1].constant and a.args[2].constant:
+            # (x s + o) b + c in one row
+            s, o = a.args[1].value, a.args[2].value
+            scale = self.const(*(u * v for u, v in zip(s, b.value, strict=True)))
+            offset = self.const(*(u * v + w for u, v, w in zip(o, b.value, c.value, strict=True)))
+            return self.make(op.OP_FMA, a.args[0], scale, offset)
         return self.make(op.OP_FMA, a, b, c)
 
     def add(self, a: Expr, b: Expr) -> Expr:
