@@ -115,7 +115,8 @@ HW_FN void microfacet_frame(HW_IN(Closure) c, HW_OUT(vec3) x, HW_OUT(vec3) y) {
 
 // Whether refraction from wo to wi has a facet to go through: its normal, above the surface, must see wo from the front
 // and wi from behind. Departure: Cycles does not ask, so lights sampled through open sheets of rough glass add light
-// there that no sampled direction finds, and its image depends on the light sampling. Closed objects hide it.
+// there that no sampled direction finds, and its image depends on the light sampling. Closed objects hide it (decision
+// 0003).
 HW_FN bool microfacet_refraction_exists(HW_IN(Closure) c, vec3 wo, vec3 wi) {
   vec3 h = c.ior * wi + wo;
   float up = dot(c.N, h);
