@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "shared/features.h"
+#include "shared/material_program.h"
+
 namespace hw {
 
 namespace {
@@ -17,20 +20,32 @@ enum Counter : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kTranspa
 // A device with its own memory is asked whether paths are left only this often: each question is a wait.
 constexpr int kDeviceStride = 8;
 
+// Kernels with parts that few scenes need come in two variants; see the top of material_vm.glsl.
+std::uint32_t features_of(const SpecConstants& constants) {
+  for (const auto& [id, value] : constants)
+    if (id == 0) return value;
+  return ~0u;
+}
+const Kernel& variant(const IntegratorContext& context, const char* plain, const char* full, std::uint32_t needs) {
+  return context.kernels.get((features_of(context.constants) & needs) ? full : plain, context.constants);
+}
+constexpr std::uint32_t kPrograms = HW_FEATURE_WORLD_PROGRAM | HW_FEATURE_EMISSION_PROGRAM;
+constexpr std::uint32_t kProcedural = (HW_VM_NOISE | HW_VM_VORONOI | HW_VM_PATTERN) << HW_FEATURE_VM_SHIFT;
+
 }  // namespace
 
 PathIntegrator::PathIntegrator(const IntegratorContext& context)
     : context_(context),
       camera_(context.kernels.get("camera", context.constants)),
       sort_(context.kernels.get("sort_hits", context.constants)),
-      escaped_(context.kernels.get("escaped", context.constants)),
-      surface_(context.kernels.get("surface", context.constants)),
-      shade_(context.kernels.get("shade", context.constants)),
+      escaped_(variant(context, "escaped", "escaped_programs", kPrograms)),
+      surface_(variant(context, "surface", "surface_procedural", kProcedural)),
+      shade_(variant(context, "shade", "shade_programs", kPrograms)),
       resolve_(context.kernels.get("resolve", context.constants)),
       prepare_(context.kernels.get("queue_prepare")) {
   if (context.transparent_shadows) {
     shadow_begin_ = &context.kernels.get("shadow_begin", context.constants);
-    shadow_surface_ = &context.kernels.get("shadow_surface", context.constants);
+    shadow_surface_ = &variant(context, "shadow_surface", "shadow_surface_procedural", kProcedural);
   }
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Radiance of the world along a direction: a constant, or the world's program.
+// Radiance of the world along a direction: a constant, or the world's program (in kernel variants with HW_WITH_PROGRAMS).
 #ifndef HW_BACKGROUND_GLSL
 #define HW_BACKGROUND_GLSL
+#ifdef HW_WITH_PROGRAMS
 #include "material_vm.glsl"
+#endif
 #include "wave.glsl"
 
 // `ray_flags`, `bounces`, `transparent`: of the path that asks, for the Light Path node.
 vec3 background_radiance(vec3 direction, uint ray_flags, uint bounces, uint transparent) {
   vec3 radiance = HW_ROOT.world_color;
+#ifdef HW_WITH_PROGRAMS
   uint material = HW_ROOT.world_material;
   if (HW_HAS(HW_FEATURE_WORLD_PROGRAM)) {
     if (material != HW_NONE) {
@@ -15,6 +18,7 @@ vec3 background_radiance(vec3 direction, uint ray_flags, uint bounces, uint tran
       radiance = material_emission(inputs);
     }
   }
+#endif
   return radiance;
 }
 

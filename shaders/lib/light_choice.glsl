@@ -27,6 +27,7 @@ uint alias_pick(uint64_t table, uint n, float u) {
   return scaled - float(i) < e.threshold ? i : e.alias;
 }
 
+#ifdef HW_WITH_PROGRAMS
 // Emission of a textured triangle light at the sampled point, by its material's program.
 vec3 triangle_program_emission(LightRecord light, LightSample s, vec3 P, uint bounces, uint transparent) {
   Hit hit;
@@ -57,6 +58,7 @@ vec3 triangle_program_emission(LightRecord light, LightSample s, vec3 P, uint bo
   inputs.shade_flags = backfacing ? HW_SHADE_BACKFACING : 0u;
   return material_emission(inputs);
 }
+#endif
 
 LightDraw draw_light(vec3 P, float u, vec2 u2, uint ray_flags, uint bounces, uint transparent) {
   LightDraw d;
@@ -83,9 +85,11 @@ LightDraw draw_light(vec3 P, float u, vec2 u2, uint ray_flags, uint bounces, uin
     d.radiance = s.radiance;
     d.pdf = ok ? s.pdf : 0.0;
     d.delta = (s.flags & HW_LIGHT_SAMPLE_DELTA) != 0u;
+#ifdef HW_WITH_PROGRAMS
     if (HW_HAS(HW_FEATURE_EMISSION_PROGRAM)) {
       if (ok && (light.flags & HW_LIGHT_SHADER) != 0u) d.radiance = triangle_program_emission(light, s, P, bounces, transparent);
     }
+#endif
   }
   d.pdf *= choice;
   d.valid = d.pdf > 0.0;

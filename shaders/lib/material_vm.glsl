@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs material programs (shared/material_program.h). One loop per tier, dearer tiers outside: rows of a tier run until
 // one of another tier comes, so that an implementation that executes both sides of every branch pays for images and noise
-// once per such row. What a scene's programs do not use is compiled out by HW_FEATURES.
+// once per such row. What a scene's programs do not use is compiled out by HW_FEATURES; procedural textures are only in
+// the kernel variants that define HW_VM_PROCEDURAL, since a driver reads all of a kernel before it drops anything.
 //
 //   material_eval          surface section: closures, emission, transparency, holdout
 //   material_emission      emission section, or the material's constant
@@ -14,10 +15,12 @@
 #include "fresnel.h"
 #include "material_inputs.glsl"
 #include "math_ops.h"
+#include "textures.glsl"
+#ifdef HW_VM_PROCEDURAL
 #include "noise.h"
 #include "patterns.h"
-#include "textures.glsl"
 #include "voronoi.h"
+#endif
 
 #define HW_VM_HAS(family) HW_HAS((family) << HW_FEATURE_VM_SHIFT)
 
@@ -135,6 +138,7 @@ void vm_lookup(MaterialInputs m) {
   vm_registers[(vm_row.x >> 8u) & (HW_VM_REGISTERS - 1u)] = r;
 }
 
+#ifdef HW_VM_PROCEDURAL
 void vm_procedural() {
   uint op = vm_op();
   uint sub = vm_sub();
@@ -154,6 +158,7 @@ void vm_procedural() {
   }
   vm_registers[(vm_row.x >> 8u) & (HW_VM_REGISTERS - 1u)] = r;
 }
+#endif
 
 // Runs the value rows of a section; `vm_row` is then its first closure row, or its end. False: the section is empty.
 bool vm_values(MaterialInputs m, uint section) {
@@ -184,12 +189,14 @@ bool vm_values(MaterialInputs m, uint section) {
         }
       }
     } while (vm_op() < HW_TIER_LOOKUP_END);
+#ifdef HW_VM_PROCEDURAL
     if (HW_VM_HAS(HW_VM_NOISE | HW_VM_VORONOI | HW_VM_PATTERN)) {
       if (vm_op() < HW_TIER_PROCEDURAL_END) {
         vm_procedural();
         vm_next();
       }
     }
+#endif
   } while (vm_op() < HW_TIER_PROCEDURAL_END);
   return any;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays that met no surface. Nothing at all: the world and the suns. A lamp: its emission, and the ray goes on behind it.
 // Emission found by BSDF rays is weighted against next-event estimation (Veach and Guibas 1995).
+// variant escaped_programs: HW_WITH_PROGRAMS HW_VM_PROCEDURAL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/background.glsl"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // At a surface: one light sample with its shadow ray (next-event estimation), and one BSDF sample with the next ray.
+// variant shade_programs: HW_WITH_PROGRAMS HW_VM_PROCEDURAL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/background.glsl"

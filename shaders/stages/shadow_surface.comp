@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A shadow ray at the next surface that may let light through: attenuates what it carries and sends it on, or, when no
 // such surface is left, adds what arrived.
+// variant shadow_surface_procedural: HW_VM_PROCEDURAL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/geometry.glsl"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A surface that a ray met: its program runs, its emission is taken (weighted against next-event estimation, Veach and
 // Guibas 1995), its closures are left for the shade stage.
+// variant surface_procedural: HW_VM_PROCEDURAL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/found_light.glsl"

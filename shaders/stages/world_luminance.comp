@@ -2,6 +2,8 @@
 // Luminance of the world on a latitude-longitude grid, for importance sampling. push.queue: float[a * b].
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#define HW_WITH_PROGRAMS
+#define HW_VM_PROCEDURAL
 #include "lib/background.glsl"
 #include "lib/equirect.h"
 layout(local_size_x = 64) in;
