@@ -39,7 +39,7 @@ def radiance_of(lamp):
         return value / (4 * math.pi**2 * lamp["radius"] ** 2)
     if lamp["kind"] == "area":
         area = lamp["size_x"] * lamp["size_y"] * (math.pi / 4 if lamp["ellipse"] else 1)
-        return value / (4 * area)
+        return value / (math.pi * area)
     half = lamp["angle"] / 2
     return value / (math.pi * math.sin(half) ** 2)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """UsdLux lights to the core's lamps. UsdLux gives radiance; the core takes Blender's power, so each kind is converted.
 
-Blender's power P for radiance L: sphere P = 4 π² r² L, rectangle and ellipse P = 4 A L, and a sun's strength is its
+Blender's power P for radiance L: sphere P = 4 π² r² L, rectangle and ellipse P = π A L, and a sun's strength is its
 irradiance (core/lights/lamp.cpp has the other direction). UsdLux's `normalize` divides L by the light's area in stage
 units, for distant lights by π sin²(angle / 2).
 """
@@ -166,7 +166,7 @@ def _flat(prim, width, height, area, ellipse, normalize, report):
         return None
     return (
         "area",
-        4.0 if normalize else 4.0 * area,
+        math.pi if normalize else math.pi * area,
         {"size_x": float(width), "size_y": float(height), "ellipse": ellipse},
     )
 
