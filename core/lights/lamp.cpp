@@ -182,6 +182,8 @@ Lamp make_lamp(const LightData& data, float scene_radius) {
     lamp.reason = "its kind is unknown";
   }
   r.emission = glm::max(r.emission, vec3(0));
+  // Cycles: no ray finds a lamp without multiple importance sampling, not even the camera's.
+  if ((r.flags & HW_LIGHT_USE_MIS) == 0) shape.shape = HW_LAMP_SHAPE_NONE;
   if (lamp.reason.empty() && !(finite(r.emission) && std::isfinite(flux) && flux > 0)) {
     lamp.reason = "its radiance is out of range";
   }

@@ -198,6 +198,11 @@ TEST_CASE("bad lamps get no weight and are named") {
                                    [&](const LightWarning& w) { return w.name == lamps[i].name && !w.reason.empty(); });
     CHECK(named != good);
   }
+  LightData hidden = lamp(HW_LIGHT_POINT, "no MIS");
+  CHECK(make_lamp(hidden, 1).shape.shape == HW_LAMP_SHAPE_SPHERE);
+  hidden.flags &= ~HW_LIGHT_USE_MIS;
+  CHECK(make_lamp(hidden, 1).shape.shape == HW_LAMP_SHAPE_NONE);
+  CHECK(make_lamp(hidden, 1).flux > 0);
   const LightTable empty = build_light_table({});
   CHECK(empty.lights.empty());
   CHECK(empty.total_weight == 0);
