@@ -72,10 +72,10 @@ def stall_lights(m, scene, meshes, stall, index, side, rng, frames):
         made += 1
     warm = ((1.0, 0.66, 0.34), (1.0, 0.80, 0.55), (0.80, 0.92, 1.0))[int(rng.choice(3, p=[0.5, 0.35, 0.15]))]
     spot = lamp(
-        "Stall spot", "SPOT", scene, (-0.35, 0, 2.42), warm, 420, spot_size=2.1, spot_blend=0.6, shadow_soft_size=0.05
+        "Stall spot", "SPOT", scene, (-0.30, 0, 2.12), warm, 160, spot_size=2.1, spot_blend=0.6, shadow_soft_size=0.05
     )
     candle = lamp(
-        "Candle", "POINT", scene, (-1.15, rng.uniform(-1, 1), 1.15), (1.0, 0.5, 0.18), 40, shadow_soft_size=0.03
+        "Candle", "POINT", scene, (-0.72, rng.uniform(-1, 1), 1.06), (1.0, 0.5, 0.18), 40, shadow_soft_size=0.03
     )
     spot.parent = candle.parent = stall
     return made + 2

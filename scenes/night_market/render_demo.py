@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders the night market through Blender with Headwater: PNG frames, a multilayer EXR, an animated WebP, an MP4.
 
-    .venv/bin/python scenes/night_market/render_demo.py [--frames 48] [--size 480x270] [--samples 6] [-o out/demo]
+    .venv/bin/python scenes/night_market/render_demo.py [--frames 48] [--size 400x225] [--samples 3] [-o out/demo]
 
 The scene is made anew, rendered as a user would (`bpy.ops.render.render(animation=True)`), and cleaned up after each
 frame by Blender's own compositor: Open Image Denoise on Headwater's albedo and normal passes, and a little bloom.
@@ -153,8 +153,8 @@ def main():
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / "demo", help="folder (default: out/demo)")
     parser.add_argument("--frames", type=int, default=48)
     parser.add_argument("--lights", type=int, default=700)
-    parser.add_argument("--size", type=make_night_market.size, default=(480, 270), metavar="WxH")
-    parser.add_argument("--samples", type=int, default=6, help="samples a pixel (default: 6)")
+    parser.add_argument("--size", type=make_night_market.size, default=(400, 225), metavar="WxH")
+    parser.add_argument("--samples", type=int, default=3, help="samples a pixel (default: 3)")
     parser.add_argument("--bounces", type=int, default=2, help="bounces of a light path (default: 2)")
     parser.add_argument("--device", default="", help="name of the Vulkan device (default: the best)")
     parser.add_argument("--engine", choices=("HEADWATER", "CYCLES"), default="HEADWATER", help="CYCLES: for comparison")
