@@ -103,7 +103,8 @@ def export(engine, depsgraph) -> Job:
     engine.update_stats("", "Loading the core")
     context = native.context(*render_settings.device_choice(scene, preferences.chosen_device(), given))
     key = _key(depsgraph)
-    if not (engine.is_animation or scene.render.use_persistent_data):
+    persistent, again = scene.render.use_persistent_data, engine.is_animation
+    if not (again or persistent):
         kept.drop(key)
     state = kept.get(key, context)
 
@@ -112,7 +113,13 @@ def export(engine, depsgraph) -> Job:
             raise Cancelled
 
     engine.update_stats("", "Synchronizing")
-    report = state.sync.sync(depsgraph, state.graph == engine.token, breathe)
+    report = state.sync.sync(
+        depsgraph,
+        state.graph == engine.token,
+        breathe,
+        next_frame=again and not persistent,
+        once=not (again or persistent),
+    )
     state.graph = engine.token
     for note in state.sync.notes.take():
         engine.report({"WARNING"}, f"Headwater: {note}")

@@ -49,8 +49,8 @@ def drop_all() -> None:
 
 
 @persistent
-def _render_ended(scene, *_):
-    if not scene.render.use_persistent_data:
+def _render_starts_or_ends(scene, *_):
+    if scene is None or not scene.render.use_persistent_data:
         drop_all()
 
 
@@ -60,8 +60,9 @@ def _file_loaded(*_):
 
 
 _handlers = (
-    ("render_complete", _render_ended),
-    ("render_cancel", _render_ended),
+    ("render_init", _render_starts_or_ends),
+    ("render_complete", _render_starts_or_ends),
+    ("render_cancel", _render_starts_or_ends),
     ("load_pre", _file_loaded),
 )
 

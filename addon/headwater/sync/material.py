@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender materials → material programs in the core. Slots become lists of the core's ids, 0 for an empty slot."""
+"""Blender materials → material programs in the core. Slots become lists of the core's ids."""
 
 from dataclasses import dataclass
 
 import bpy
 
+from headwater.materials import Graph, Surface, closures
+
 from .problems import naming
+
+_DEFAULT = 0  # no data-block has this session_uid
 
 
 @dataclass
@@ -48,23 +52,39 @@ class MaterialSync:
         self.attributes = frozenset().union(*used) if used else frozenset()
 
     def slots(self, obj, mesh) -> list[int]:
-        """The core's material id of each slot of an evaluated object; empty for an object without slots."""
+        """The core's material id of each slot of an evaluated object; one for an object without slots."""
         if self._override is not None:
             known = self._known.get(self._override)
-            return [known.id if known else 0] * max(len(mesh.materials), 1)
+            return [known.id if known else self._default()] * max(len(mesh.materials), 1)
         own = obj.material_slots
         found = []
         for i, material in enumerate(mesh.materials):
             if i < len(own) and own[i].link == "OBJECT":
                 material = own[i].material
-            found.append(0 if material is None else self._require(material, material.original.session_uid).id)
-        return found
+            if material is None:
+                found.append(self._default())
+            else:
+                found.append(self._require(material, material.original.session_uid).id)
+        return found or [self._default()]
+
+    def _default(self) -> int:
+        """The material of an empty slot: a Principled BSDF as it comes, as in Cycles."""
+        known = self._known.get(_DEFAULT)
+        if known is None:
+            surface = Surface(Graph())
+            closures.add_principled(surface, surface.graph.one, closures.Principled.defaults(surface.graph))
+            compiled = surface.finish([], (), [])
+            number = self._ids.get(("material", _DEFAULT))
+            self._scene.upsert_material(number, "Default", compiled.program, compiled.constants, flags=compiled.flags)
+            known = self._known[_DEFAULT] = _Material(number, (), frozenset(), ())
+        known.seen = self._sync
+        return known.id
 
     def _require(self, material, uid: int) -> _Material:
         known = self._known.get(uid)
         if known is not None and known.seen == self._sync:
             return known
-        if known is not None and not self._updates.material_changed(uid):
+        if known is not None and not self._updates.material_changed(material):
             known.seen = self._sync
             self._images.keep(known.images)
             return known

@@ -65,17 +65,18 @@ class SceneSync:
         self.camera = CameraSync(scene, notes)
         self._complete = False
 
-    def sync(self, depsgraph, same_graph: bool, breathe=lambda: None) -> dict:
+    def sync(self, depsgraph, same_graph: bool, breathe=lambda: None, *, next_frame=False, once=False) -> dict:
         """Brings the core's scene up to date, all but the camera. Returns counts and seconds.
 
         `same_graph`: the dependency graph is the one of the last sync, so its `updates` tell what changed since.
+        `next_frame`: nothing but time has passed since the last sync. `once`: there will be no other.
         `breathe()` is called often and may raise Cancelled; the next sync then compares everything.
         """
         start = time.perf_counter()
-        updates = Updates(depsgraph, same_graph and self._complete)
+        updates = Updates(depsgraph, same_graph and self._complete, next_frame and self._complete)
         self._complete = False
         self._sync += 1
-        self.meshes.uploaded = 0
+        self.meshes.uploaded, self.meshes.compare = 0, not once
         view_layer = depsgraph.view_layer_eval
         self.images.begin(updates)
         self.materials.begin(updates, view_layer.material_override)
