@@ -125,9 +125,9 @@ setup() {
     *) die "setup: demo or test, not \"$1\"" ;;
   esac
   step="set-up"
-  need_packages "build packages" "${apt_build[@]}"
-  need_packages "libraries of Blender" "${apt_blender[@]}"
-  [ "$1" = demo ] || need_packages "validation layers" "${apt_test[@]}"
+  local packages=("${apt_build[@]}" "${apt_blender[@]}")
+  [ "$1" = demo ] || packages+=("${apt_test[@]}")
+  need_packages "Debian packages" "${packages[@]}"
   setup_vulkan_device
   if [ "$1" = demo ]; then
     venv_with requirements/run.txt
