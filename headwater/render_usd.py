@@ -45,11 +45,11 @@ def render_settings(request, width, height, passes) -> dict:
     """The core's settings for a request; USD files have no sampling settings, so the rest is the core's default."""
     samples = request.samples or (UNLIMITED_SAMPLES if request.time_limit else DEFAULT_SAMPLES)
     settings = {"width": width, "height": height, "samples": samples, "passes": passes, **request.bounces}
+    settings["region"] = request.check_region(width, height) or (0, 0, width, height)
+    settings["integrator"] = request.integrator or "path"
     for key, value in (
-        ("region", request.check_region(width, height)),
         ("time_limit", request.time_limit),
         ("seed", request.seed),
-        ("integrator", request.integrator),
         ("lights", request.lights),
     ):
         if value is not None:
