@@ -8,12 +8,7 @@ import pytest
 from bpy_process import run
 
 OpenEXR = pytest.importorskip("OpenEXR")
-pytest.importorskip("bpy")
-
-SAVE = """
-scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER" if multilayer else "OPEN_EXR"
-scene.render.image_settings.color_depth = "32"
-"""
+bpy = pytest.importorskip("bpy")
 
 
 def set_format(multilayer: bool) -> str:
@@ -138,7 +133,13 @@ def test_all_passes_have_cycles_names_and_channels(tmp_path):
 
     ids = {"Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "Vector": "XYZW", "UV": "UVA",
            "Object Index": "X", "Material Index": "X", "Denoising Normal": "XYZ", "Combined": "RGBA"}  # fmt: skip
-    wanted = {f"ViewLayer.{name}.{c}" for name in fake_core.PASSES for c in ids.get(name, "RGB")}
+    names = {name: name for name in fake_core.PASSES}
+    if bpy.app.version < (5, 0, 0):
+        kinds = {"Diffuse": "Diff", "Glossy": "Gloss", "Transmission": "Trans"}
+        parts = {"Direct": "Dir", "Indirect": "Ind", "Color": "Col"}
+        names |= {f"{kind} {part}": kinds[kind] + parts[part] for kind in kinds for part in parts}
+        names |= {"Object Index": "IndexOB", "Material Index": "IndexMA", "Emission": "Emit", "Environment": "Env"}
+    wanted = {f"ViewLayer.{names[name]}.{c}" for name in fake_core.PASSES for c in ids.get(name, "RGB")}
     assert wanted <= channels, sorted(wanted - channels)
     assert set(facts["settings"]) == set(fake_core.PASSES)
 
@@ -399,6 +400,74 @@ def test_strict_makes_a_failed_render_fail_the_process(tmp_path):
     )
     code = failing + "# normal exit\n"
     assert run(code, tmp_path, arguments=["--", "--headwater-strict"], check=False)["status"] == 1
-    assert (
-        run("bpy.ops.render.render()\n", tmp_path, arguments=["--", "--headwater-strict"])["status"] == 0
+    assert run("bpy.ops.render.render()\n", tmp_path, arguments=["--", "--headwater-strict"])["status"] == 0
+
+
+def test_without_the_cycles_addon(tmp_path):
+    facts = run(
+        """
+        import addon_utils
+        addon_utils.disable("cycles")
+        scene.headwater.use_cycles_settings = True
+        scene.view_layers[0].headwater.use_pass_denoising = True
+        scene.headwater.max_bounces = 3
+        light = bpy.data.lights[0]
+        light.headwater.use_mis = False
+        bpy.data.worlds[0].headwater.diffuse = False
+        bpy.ops.render.render()
+        session = core.sessions[-1]
+        show(cycles=hasattr(scene, "cycles"), settings=session.settings[-1], flags=core.flags,
+             light=list(session.scene.lights.values())[0]["flags"], world=session.scene.world["flags"])
+        """,
+        tmp_path,
     )
+    assert not facts["cycles"]
+    assert facts["settings"]["max_bounces"] == 3 and facts["settings"]["samples"] == 4
+    assert "Denoising Albedo" in facts["settings"]["passes"]
+    assert not facts["light"] & facts["flags"]["HW_LIGHT_USE_MIS"]
+    assert (
+        not facts["world"] & facts["flags"]["HW_LIGHT_DIFFUSE"] and facts["world"] & facts["flags"]["HW_LIGHT_GLOSSY"]
+    )
+
+
+def test_settings_come_from_cycles_when_wanted(tmp_path):
+    facts = run(
+        """
+        from headwater_addon import options, render_settings
+        cycles, own = scene.cycles, scene.headwater
+        cycles.samples, cycles.max_bounces, cycles.transparent_max_bounces, cycles.blur_glossy = 33, 5, 6, 0.25
+        cycles.sample_clamp_indirect, cycles.film_exposure, cycles.pixel_filter_type = 2.5, 1.5, "BOX"
+        cycles.filter_width = 3.0
+        layer = scene.view_layers[0]
+        def build():
+            frame = render_settings.frame_of(scene.render)
+            return render_settings.build(scene, layer, frame, ["Combined"], options.Options())
+        own.use_cycles_settings = False
+        mine = build()
+        own.use_cycles_settings = True
+        theirs = build()
+        layer.samples = 100
+        use = build()["samples"]
+        cycles.use_layer_samples = "BOUNDED"
+        bounded = build()["samples"]
+        cycles.use_layer_samples = "IGNORE"
+        ignored = build()["samples"]
+        cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 10, 8
+        subset = build()
+        cycles.seed, cycles.use_animated_seed = 3, True
+        seeds = []
+        for frame in (1, 2):
+            scene.frame_set(frame)
+            seeds.append(build()["seed"])
+        show(mine=mine, theirs=theirs, layers=[use, bounded, ignored], subset=subset, seeds=seeds)
+        """,
+        tmp_path,
+    )
+    mine, theirs = facts["mine"], facts["theirs"]
+    assert mine["samples"] == 4 and mine["max_bounces"] == 12 and mine["filter"] == "BLACKMAN_HARRIS"
+    assert (theirs["samples"], theirs["max_bounces"], theirs["transparent_bounces"]) == (33, 5, 6)
+    assert (theirs["filter_glossy"], theirs["clamp_indirect"], theirs["exposure"]) == (0.25, 2.5, 1.5)
+    assert theirs["filter"] == "BOX" and theirs["filter_width"] == 1.0  # Cycles' box has no width
+    assert facts["layers"] == [100, 33, 33]
+    assert facts["subset"]["first_sample"] == 10 and facts["subset"]["samples"] == 8
+    assert facts["seeds"][0] != facts["seeds"][1]
