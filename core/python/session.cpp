@@ -13,10 +13,6 @@
 #include "python/arrays.h"
 #include "python/bind.h"
 #include "python/settings.h"
-#if __has_include("trace/benchmark.h")
-#include "trace/benchmark.h"
-#define HW_HAS_TRACER_BENCHMARK 1
-#endif
 
 namespace hw::python {
 
