@@ -34,8 +34,7 @@ def render_blend(request, progress, stats) -> None:
         stats.set(device=context.device["name"], tracer=context.tracer)
         del context
     started = time.perf_counter()
-    with captured_output() as captured:
-        progress.redirect(sys.stderr)
+    with captured_output() as captured, progress.redirected(sys.stderr):
         bpy = _import_bpy()
         _open(bpy, request)
         scene = bpy.context.scene

@@ -3,6 +3,7 @@
 
 import sys
 import time
+from contextlib import contextmanager
 
 
 class Progress:
@@ -32,9 +33,15 @@ class Progress:
         self._shown = now
         self._draw("  ".join([label, *([draw_bar(part)] if self._terminal else []), text]))
 
-    def redirect(self, stream) -> None:
-        """Shows everything on another stream from now on."""
-        self._stream = stream
+    @contextmanager
+    def redirected(self, stream):
+        """Shows everything on another stream for the block's time."""
+        previous, self._stream = self._stream, stream
+        try:
+            yield
+        finally:
+            self.close()
+            self._stream = previous
 
     def note(self, text: str) -> None:
         """A line that stays: a frame's end, a warning."""
