@@ -87,6 +87,10 @@ FilmLayout film_layout(const std::vector<std::string>& names) {
   return layout;
 }
 
+bool FilmLayout::split_paths() const {
+  return light_passes || (mask & (1u << HW_PASS_DENOISING_NORMAL | 1u << HW_PASS_DENOISING_ALBEDO));
+}
+
 Film::Film(Device& device, const FilmLayout& layout, std::uint32_t width, std::uint32_t height)
     : device_(device), layout_(layout), width_(width), height_(height) {
   const std::size_t floats = std::size_t(width) * height * layout.stride;

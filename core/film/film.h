@@ -31,6 +31,7 @@ struct FilmLayout {
   std::uint32_t stride = 0;             // floats a pixel
   std::uint32_t offset[HW_PASS_COUNT] = {};
   bool light_passes = false;            // some pass needs contributions split by lobe
+  bool split_paths() const;             // paths must carry PathSplit
 };
 // Throws std::invalid_argument naming an unknown pass and the known ones.
 FilmLayout film_layout(const std::vector<std::string>& names);

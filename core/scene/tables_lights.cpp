@@ -73,7 +73,9 @@ void Tables::gather_world() {
       if (scene.world.sample) state.wanted = importance_size(scene);
     }
     state.world_changed = true;
-    const bool emits = scene.world.sample && brightness > 0;
+    // A constant world is left to BSDF sampling, as in Cycles: it has no direction worth preferring, and every light
+    // sample spent on it is one less for the lamps.
+    const bool emits = scene.world.sample && !constant;
     if (emits != state.world.emits) lights_layout_dirty_ = true;
     state.world.emits = emits;
     state.world.mean_radiance = constant ? scene.world.color : std::array<float, 3>{1, 1, 1};

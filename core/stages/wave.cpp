@@ -11,7 +11,7 @@ namespace hw {
 
 std::size_t wave_bytes_per_path(const FilmLayout& layout) {
   return sizeof(PathState) + 2 * sizeof(Ray) + 2 * sizeof(Hit) + 4 + sizeof(ShadowState) + sizeof(SurfacePoint) +
-         HW_MAX_CLOSURES * sizeof(Closure) + (layout.light_passes ? sizeof(PathSplit) : 0) + layout.stride * 4 + 7 * 4;
+         HW_MAX_CLOSURES * sizeof(Closure) + (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 + 7 * 4;
 }
 
 std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const char* label) {
@@ -31,7 +31,7 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   shadows = make(device, sizeof(ShadowState), "shadow states");
   surfaces = make(device, sizeof(SurfacePoint), "surface points");
   closures = make(device, sizeof(Closure) * HW_MAX_CLOSURES, "closures");
-  splits = make(device, layout.light_passes ? sizeof(PathSplit) : 0, "light pass shares");
+  splits = make(device, layout.split_paths() ? sizeof(PathSplit) : 0, "light pass shares");
   results = make(device, layout.stride * 4, "results");
   counters_buffer = std::make_unique<Buffer>(device, sizeof(RayCounters), BufferUse::device, "ray counters");
   frame = std::make_unique<Buffer>(device, sizeof(FrameParams), BufferUse::device, "frame parameters");

@@ -33,13 +33,8 @@ vec4 motion_vector(vec3 P, vec3 previous) {
 void write_surface_passes(uint path, PathState state, Hit hit, SurfaceGeometry g, ClosureList list, ShadingGeometry sg) {
   bool first_sample = state.sample_index == HW_FRAME.first_sample_of_render;
   CameraRecord camera = HW_ROOT.camera;
-  vec3 from_camera = g.P - camera_position(camera);
-  vec3 forward = -vec3(camera.camera_to_world[2], camera.camera_to_world[6], camera.camera_to_world[10]);
   if (first_sample) {
-    if (pass_on(HW_PASS_DEPTH)) {
-      // Distance along the viewing direction, as Blender's compositor expects; radial for panoramas.
-      result_add1(path, HW_PASS_DEPTH, camera.type == HW_CAMERA_PANORAMIC ? length(from_camera) : dot(from_camera, forward));
-    }
+    if (pass_on(HW_PASS_DEPTH)) result_add1(path, HW_PASS_DEPTH, camera_depth(camera, g.P));
     if (pass_on(HW_PASS_POSITION)) result_add3(path, HW_PASS_POSITION, g.P);
     if (pass_on(HW_PASS_OBJECT_INDEX)) result_add1(path, HW_PASS_OBJECT_INDEX, float(g.object_index));
     if (pass_on(HW_PASS_MATERIAL_INDEX))
@@ -56,42 +51,67 @@ void write_surface_passes(uint path, PathState state, Hit hit, SurfaceGeometry g
     r.at[o + 3u] += v.w;
   }
 
-  const uint colour_passes = (1u << HW_PASS_NORMAL) | (1u << HW_PASS_DENOISING_NORMAL) | (1u << HW_PASS_DENOISING_ALBEDO) |
-                             (1u << HW_PASS_DIFFUSE_COLOR) | (1u << HW_PASS_GLOSSY_COLOR) |
-                             (1u << HW_PASS_TRANSMISSION_COLOR);
+  const uint colour_passes =
+      1u << HW_PASS_NORMAL | 1u << HW_PASS_DIFFUSE_COLOR | 1u << HW_PASS_GLOSSY_COLOR | 1u << HW_PASS_TRANSMISSION_COLOR;
   if ((HW_PASSES & colour_passes) != 0u) {
     vec3 normal = vec3(0.0);
-    vec3 diffuse = vec3(0.0), glossy = vec3(0.0), transmission = vec3(0.0), all = vec3(0.0);
+    vec3 diffuse = vec3(0.0), glossy = vec3(0.0), transmission = vec3(0.0);
     for (uint i = 0u; i < list.count; ++i) {
       Closure c = HW_CLOSURE_AT(list, i);
       bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
       vec3 reflected = through ? vec3(0.0) : closure_albedo(c, sg.wo, true, false);
       vec3 transmitted = through ? vec3(0.0) : closure_albedo(c, sg.wo, false, true);
-      if (closure_is_diffuse(c)) {
-        diffuse += reflected;
-        all += reflected;
-      } else {
-        glossy += reflected;
-        transmission += transmitted;
-        all += reflected + transmitted;
-      }
-      normal += through ? vec3(0.0) : c.N * c.sample_weight;
+      bool is_diffuse = closure_is_diffuse(c);
+      diffuse += is_diffuse ? reflected : vec3(0.0);
+      glossy += is_diffuse ? vec3(0.0) : reflected;
+      transmission += is_diffuse ? vec3(0.0) : transmitted;
+      normal += through ? vec3(0.0) : c.N * ((c.weight.x + c.weight.y + c.weight.z) * (1.0 / 3.0));
     }
-    normal = dot(normal, normal) > 0.0 ? normalize(normal) : sg.Ns;
-    if (pass_on(HW_PASS_NORMAL)) result_add3(path, HW_PASS_NORMAL, normal);
     vec3 t = state.throughput;
+    if (pass_on(HW_PASS_NORMAL)) result_add3(path, HW_PASS_NORMAL, dot(normal, normal) > 0.0 ? normalize(normal) : sg.Ns);
     if (pass_on(HW_PASS_DIFFUSE_COLOR)) result_add3(path, HW_PASS_DIFFUSE_COLOR, t * diffuse);
     if (pass_on(HW_PASS_GLOSSY_COLOR)) result_add3(path, HW_PASS_GLOSSY_COLOR, t * glossy);
     if (pass_on(HW_PASS_TRANSMISSION_COLOR)) result_add3(path, HW_PASS_TRANSMISSION_COLOR, t * transmission);
-    if (pass_on(HW_PASS_DENOISING_ALBEDO)) result_add3(path, HW_PASS_DENOISING_ALBEDO, t * all);
-    if (pass_on(HW_PASS_DENOISING_NORMAL)) result_add3(path, HW_PASS_DENOISING_NORMAL, normal);
   }
   if (pass_on(HW_PASS_MIST)) {
-    float depth = camera.type == HW_CAMERA_PERSPECTIVE || camera.type == HW_CAMERA_PANORAMIC ? length(from_camera)
-                                                                                             : dot(from_camera, forward);
-    float mist = clamp((depth - HW_FRAME.mist_start) * HW_FRAME.mist_inverse_depth, 0.0, 1.0);
-    float shaped = HW_FRAME.mist_falloff == 1.0 ? mist : HW_FRAME.mist_falloff == 2.0 ? mist * mist : sqrt(mist);
-    result_add1(path, HW_PASS_MIST, shaped);
+    float depth = HW_FRAME.mist_inverse_depth > 0.0 ? 1.0 / HW_FRAME.mist_inverse_depth : 0.0;
+    result_add1(path, HW_PASS_MIST, camera_mist(camera, g.P, HW_FRAME.mist_start, depth, HW_FRAME.mist_falloff));
   }
+}
+
+// Denoising normal and albedo, at the first surface that is not mostly mirror-like: a mirror shows what it reflects.
+// Cycles' rule: at least a quarter of the sample weight must be rough. The normal is in camera space.
+// Returns true when they have been written.
+bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
+  vec3 normal = vec3(0.0), rough = vec3(0.0), specular = vec3(0.0);
+  float weight = 0.0, rough_weight = 0.0;
+  bool only_transparent = true;
+  for (uint i = 0u; i < list.count; ++i) {
+    Closure c = HW_CLOSURE_AT(list, i);
+    bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
+    only_transparent = only_transparent && through;
+    bool is_rough = closure_roughness2(c) > 0.075 * 0.075;
+    vec3 albedo = through ? c.weight : closure_albedo(c, sg.wo, true, true);
+    normal += through ? vec3(0.0) : c.N * c.sample_weight;
+    weight += c.sample_weight;
+    rough_weight += is_rough ? c.sample_weight : 0.0;
+    rough += is_rough ? albedo : vec3(0.0);
+    specular += is_rough ? vec3(0.0) : albedo;
+  }
+  if (only_transparent && list.count > 0u) return false;
+  vec3 feature = SplitArray(HW_FRAME.splits).at[path].feature;
+  if (weight > 0.0 && rough_weight * 4.0 <= weight) {
+    SplitArray(HW_FRAME.splits).at[path].feature = feature * specular;
+    return false;
+  }
+  normal = weight > 0.0 ? normal / weight : sg.Ns;
+  CameraRecord camera = HW_ROOT.camera;
+  vec3 x = vec3(camera.camera_to_world[0], camera.camera_to_world[4], camera.camera_to_world[8]);
+  vec3 y = vec3(camera.camera_to_world[1], camera.camera_to_world[5], camera.camera_to_world[9]);
+  vec3 z = vec3(camera.camera_to_world[2], camera.camera_to_world[6], camera.camera_to_world[10]);
+  if (pass_on(HW_PASS_DENOISING_NORMAL))
+    result_add3(path, HW_PASS_DENOISING_NORMAL, vec3(dot(x, normal), dot(y, normal), dot(z, normal)));
+  if (pass_on(HW_PASS_DENOISING_ALBEDO)) result_add3(path, HW_PASS_DENOISING_ALBEDO, feature * rough);
+  return true;
 }
 #endif

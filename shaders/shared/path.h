@@ -44,7 +44,7 @@ HW_CONST uint HW_PATH_BACKGROUND_VISIBLE = 128u;  // only transparent surfaces s
 HW_CONST uint HW_PATH_EMISSION_ONLY = 256u;       // bounce limit reached: the next surface only emits (or lets through)
 HW_CONST uint HW_PATH_NO_TRANSPARENT = 512u;      // transparent limit reached: ends at the next surface
 HW_CONST uint HW_PATH_FIRST_DONE = 1024u;         // data passes have been written
-HW_CONST uint HW_PATH_DIFFUSE_ANCESTOR = 2048u;   // a diffuse bounce lies behind: caustics switches apply
+HW_CONST uint HW_PATH_FEATURES_DONE = 2048u;      // denoising features have been written
 
 struct PathState {
   vec3 throughput;
@@ -89,8 +89,9 @@ HW_CHECK_SIZE(ShadowState, 48)
 struct PathSplit {
   vec3 diffuse;
   vec3 glossy;
+  vec3 feature;  // what mirrors on the way leave of the denoising features
 };
-HW_CHECK_SIZE(PathSplit, 24)
+HW_CHECK_SIZE(PathSplit, 36)
 
 struct RayCounters {
   uint64_t camera, indirect, shadow, transparent_shadow;

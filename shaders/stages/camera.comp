@@ -50,8 +50,9 @@ void main() {
   FloatBuffer results = FloatBuffer(HW_FRAME.results);
   for (uint c = 0u; c < stride; ++c) results.at[path * stride + c] = 0.0;
   results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
-  if (HW_LIGHT_PASSES) {
+  if (HW_LIGHT_PASSES || HW_FEATURE_PASSES) {
     PathSplit split;
+    split.feature = vec3(1.0);
     split.diffuse = vec3(0.0);
     split.glossy = vec3(0.0);
     SplitArray(HW_FRAME.splits).at[path] = split;

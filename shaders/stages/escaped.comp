@@ -5,6 +5,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/background.glsl"
+#include "lib/camera.h"
 #include "lib/found_light.glsl"
 #include "lib/light_sampling.h"
 #include "lib/wave.glsl"
@@ -25,6 +26,10 @@ void missed(uint path, PathState state, vec3 direction) {
     bool mis = state.mis_pdf > 0.0 && (HW_ROOT.world_flags & HW_LIGHT_USE_MIS) != 0u;
     float choice = world_choice_pdf();
     if (mis && choice > 0.0) weight = mis_power(state.mis_pdf, choice * world_pdf(HW_ROOT.world, direction));
+  }
+  if ((state.flags & HW_PATH_FIRST_DONE) == 0u) {
+    if (pass_on(HW_PASS_DEPTH) && state.sample_index == HW_FRAME.first_sample_of_render) result_add1(path, HW_PASS_DEPTH, HW_DEPTH_MISS);
+    if (pass_on(HW_PASS_MIST)) result_add1(path, HW_PASS_MIST, 1.0);
   }
   if (pass_on(HW_PASS_ENVIRONMENT) && path_bounce(state.bounces) == 0u)
     result_add3(path, HW_PASS_ENVIRONMENT, state.throughput * world);
@@ -62,10 +67,11 @@ void met_lamp(uint path, PathState state, Ray ray, Hit hit) {
                 ((lamp.flags & HW_LIGHT_USE_MIS) != 0u || !mis);
   float w = mis ? mis_power(state.mis_pdf, pdf * AliasTable(HW_ROOT.light_alias).at[index].pdf) : 1.0;
   if (counts) found_light(path, state, radiance, w);
-  // Lamps hide nothing: the ray goes on just behind the point.
+  // Lamps hide nothing: the ray goes on just behind the point, one transparent bounce poorer.
   ray.tmin = hit.t * (1.0 + 1e-5) + 1e-6;
   RayArray(HW_FRAME.rays).at[path].tmin = ray.tmin;
-  if (ray.tmin < ray.tmax) queue_push(push.out_queue2, path);
+  PathArray(HW_FRAME.paths).at[path].transparent = state.transparent + 1u;
+  if (ray.tmin < ray.tmax && state.transparent < HW_FRAME.max_transparent) queue_push(push.out_queue2, path);
 }
 
 void main() {

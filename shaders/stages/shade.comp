@@ -125,10 +125,8 @@ void main() {
     bool singular = (s.label & HW_LABEL_SINGULAR) != 0u;
     if (HW_LIGHT_PASSES) {
       if (bounce == 0u) {
-        PathSplit split;
-        split.diffuse = shares_of(s.value.diffuse, total);
-        split.glossy = shares_of(s.value.glossy, total);
-        SplitArray(HW_FRAME.splits).at[path] = split;
+        SplitArray(HW_FRAME.splits).at[path].diffuse = shares_of(s.value.diffuse, total);
+        SplitArray(HW_FRAME.splits).at[path].glossy = shares_of(s.value.glossy, total);
       }
     }
     uint b = state.bounces;
@@ -144,9 +142,9 @@ void main() {
 
     bool keeps_background = (HW_FRAME.transparent_film & 2u) != 0u && !reflects &&
                             (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u && s.roughness < 0.1;
-    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_DIFFUSE_ANCESTOR | HW_PATH_NO_TRANSPARENT);
+    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_FEATURES_DONE | HW_PATH_NO_TRANSPARENT);
     state.flags = kept | (reflects ? HW_PATH_REFLECTION : HW_PATH_TRANSMISSION) |
-                  (diffuse ? HW_PATH_DIFFUSE | HW_PATH_DIFFUSE_ANCESTOR : singular ? HW_PATH_GLOSSY | HW_PATH_SINGULAR : HW_PATH_GLOSSY) |
+                  (diffuse ? HW_PATH_DIFFUSE : singular ? HW_PATH_GLOSSY | HW_PATH_SINGULAR : HW_PATH_GLOSSY) |
                   (last ? HW_PATH_EMISSION_ONLY : 0u) | (keeps_background ? HW_PATH_BACKGROUND_VISIBLE : 0u);
     state.mis_pdf = singular ? 0.0 : s.value.pdf;
     state.mis_origin = point.position;

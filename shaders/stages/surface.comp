@@ -42,7 +42,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   float across = (camera.right - camera.left) / float(HW_FRAME.width);
   inputs.footprint = camera.type == HW_CAMERA_PERSPECTIVE ? across * distance(g.P, camera_position(camera)) : across;
   uint material_flags = MaterialTable(HW_ROOT.materials).at[g.material].flags;
-  bool behind_diffuse = (state.flags & HW_PATH_DIFFUSE_ANCESTOR) != 0u;
+  bool behind_diffuse = (state.flags & HW_PATH_DIFFUSE) != 0u;
   inputs.shade_flags = (backfacing ? HW_SHADE_BACKFACING : 0u) |
                        ((material_flags & HW_MATERIAL_BUMP_CORRECTION) != 0u ? HW_SHADE_BUMP_CORRECTION : 0u) |
                        (behind_diffuse && (HW_FRAME.caustics & 1u) == 0u ? HW_SHADE_NO_REFLECTIVE_CAUSTICS : 0u) |
@@ -89,6 +89,12 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
     if (1.0 - through >= HW_FRAME.pass_alpha_threshold || HW_FRAME.pass_alpha_threshold <= 0.0) {
       write_surface_passes(path, state, hit, g, surface.closures, sg);
       state.flags |= HW_PATH_FIRST_DONE;
+    }
+  }
+
+  if (HW_FEATURE_PASSES) {
+    if ((state.flags & HW_PATH_FEATURES_DONE) == 0u) {
+      if (write_denoising_features(path, surface.closures, sg)) state.flags |= HW_PATH_FEATURES_DONE;
     }
   }
 
