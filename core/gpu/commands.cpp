@@ -107,8 +107,11 @@ struct Commands::Impl {
   }
 
   void set_uniforms(const Buffer& root, const Buffer& frame) {
-    if (uniform_buffers[0] == root.handle() && uniform_buffers[1] == frame.handle()) return;
-    flush();  // a set in use must not be written
+    if (uniforms_bound) {
+      if (uniform_buffers[0] == root.handle() && uniform_buffers[1] == frame.handle()) return;
+      flush();  // a set in use must not be written
+    }
+    // Written anew for each recording: a handle may be a new buffer's that took a destroyed one's place.
     if (!descriptors) {
       const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2};
       VkDescriptorPoolCreateInfo create{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
@@ -156,6 +159,7 @@ struct Commands::Impl {
     if (dirty) barrier(VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT | VK_ACCESS_HOST_WRITE_BIT);
     recording = false;
     dirty = false;
+    uniforms_bound = false;
     const VkResult ended = d.vk.vkEndCommandBuffer(buffer);
     VkResult result = ended;
     const auto start = std::chrono::steady_clock::now();

@@ -49,7 +49,8 @@ class Tracer {
   virtual const char* name() const = 0;           // "ray_query" or "embree"
   virtual bool runs_on_host() const = 0;          // a host Tracer splits the submission: flush() before, resume after
 
-  // Geometry edits, before commit(). Throws std::runtime_error naming the mesh when a build fails.
+  // Geometry edits, before commit(). set_mesh() or commit() throws std::runtime_error naming the mesh when a build fails.
+  // Instances with a singular matrix or a mesh without triangles are not hit.
   virtual void set_mesh(std::uint64_t id, const TraceMesh& mesh) = 0;
   virtual void remove_mesh(std::uint64_t id) = 0;
   virtual void set_instances(std::span<const TraceInstance> instances) = 0;
