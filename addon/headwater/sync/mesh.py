@@ -201,7 +201,10 @@ class MeshSync:
         corners, faces = reader.triangles()
         if not len(corners):
             return 0
-        vertices = reader.corner_verts[corners].view(np.uint32)
+        # Triangle i is face i: its corners are in order, and so are their vertices.
+        vertices = (reader.corner_verts.reshape(-1, 3) if faces is None else reader.corner_verts[corners]).view(
+            np.uint32
+        )
         slots = _slots(reader, faces, slot_count)
         positions = reader.positions
         normals = None if mesh.normals_domain == "FACE" else reader.normals()
@@ -222,11 +225,6 @@ class MeshSync:
             attributes = [(n, d, np.ascontiguousarray(v[keep]) if d == "face" else v) for n, d, v in attributes]
             if not len(vertices):
                 return 0
-        if normals is not None and not np.isfinite(normals).all():
-            normals = np.nan_to_num(normals, nan=0.0, posinf=0.0, neginf=0.0)
-        attributes = [
-            (n, d, v if np.isfinite(v).all() else np.nan_to_num(v, posinf=0.0, neginf=0.0)) for n, d, v in attributes
-        ]
         names = [name for name, _, _ in attributes]
         self._scene.upsert_mesh(
             record.id,
