@@ -3,7 +3,7 @@
 
 EXR layers are named as Blender names them, "<view layer>.<pass>.<channel>", in one part, so that compositors and
 `compare` find Cycles' names. Arrays in memory are float32 (H, W, C), scene-linear Rec. 709, with the top row first
-unless a function says otherwise. Which libraries are used, and why: docs/decisions/0002-image-io.md.
+unless a function says otherwise. Which libraries are used, and why: docs/decisions/0004-image-io.md.
 """
 
 import os
