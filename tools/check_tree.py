@@ -39,6 +39,13 @@ def files():
     return sorted(p for p in set(listed.split("\0")) if p and (ROOT / p).is_file())
 
 
+def licences(path):
+    """Licences a file may have: the add-on's for the add-on and, where they import it, for tests; else the core's."""
+    if path.startswith("addon/"):
+        return [ADDON_LICENCE]
+    return [LICENCE, ADDON_LICENCE] if path.startswith("blender_tests/") else [LICENCE]
+
+
 def complaints(path):
     """Complaints about one file, each as (line, text)."""
     file = ROOT / path
@@ -55,9 +62,9 @@ def complaints(path):
         yield 1, "not UTF-8"
         return
     if file.suffix in SOURCE_SUFFIXES or file.name in SOURCE_NAMES:
-        wanted = ADDON_LICENCE if path.startswith("addon/") else LICENCE
         head = "\n".join(lines[:HEADER_LINES])
-        if lines and f"SPDX-License-Identifier: {wanted}" not in head:
+        if lines and not any(f"SPDX-License-Identifier: {name}" in head for name in licences(path)):
+            wanted = " or ".join(licences(path))
             yield 1, f'no "SPDX-License-Identifier: {wanted}" in the first {HEADER_LINES} lines'
     if path == SELF or path.startswith("LICENSES/"):
         return
