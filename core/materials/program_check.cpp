@@ -96,12 +96,13 @@ std::string check_section(const ProgramView& p, const char* name, std::size_t fi
     if (!info.name) return where(name, i, "unknown opcode " + std::to_string(r.op));
     if ((r.op == HW_OP_ARGUMENTS) != (arguments > 0)) return where(name, i, "arguments do not follow their closure");
     if (r.op == HW_OP_END) return {};
-    for (uint k = 0; k < r.operand.size(); ++k) {
-      if (!(info.operands >> k & 1u)) continue;
+    // The interpreter may load operands that a row does not use: those must lie within the constants too.
+    const uint loaded = tier_of(r.op) == 3 ? 6 : (r.op == HW_OP_IMAGE ? 3 : 4);
+    for (uint k = 0; k < loaded; ++k) {
       const uint o = r.operand[k];
       if (o & HW_OPERAND_CONSTANT) {
         if ((o & 0x7FFFu) >= p.constant_count) return where(name, i, "constant " + std::to_string(o & 0x7FFFu) + " does not exist");
-      } else if (o >= HW_VM_REGISTERS || !written.test(o)) {
+      } else if ((info.operands >> k & 1u) && (o >= HW_VM_REGISTERS || !written.test(o))) {
         return where(name, i, "register " + std::to_string(o) + " read before it is written");
       }
     }

@@ -119,28 +119,6 @@ vec4 input_tangent(MaterialInputs m, uint name) {
   return t;
 }
 
-// HW_OP_ATTRIBUTE.
-vec3 input_attribute(MaterialInputs m, uint name, uint sub, vec3 offset) {
-  vec3 r = vec3(0.0);
-  uint kind = sub & 255u;
-  if (m.instance != HW_NONE) {
-    uint mesh = HW_INSTANCE(m.instance).mesh;
-    if (kind == HW_ATTRIBUTE_TANGENT) {
-      vec3 t = input_tangent(m, name).xyz;
-      vec3 w = HW_TRANSFORM_VECTOR(HW_INSTANCE(m.instance).object_to_world, t);
-      float length2 = dot(w, w);
-      r = length2 > 0.0 ? w * inversesqrt(length2) : vec3(0.0);
-    } else {
-      uint index = input_find_attribute(mesh, name);
-      if (index != HW_NONE) {
-        vec4 v = input_interpolated(mesh, index, m.primitive, input_barycentrics(m, offset));
-        r = kind == HW_ATTRIBUTE_VALUE ? v.xyz : vec3(kind == HW_ATTRIBUTE_ALPHA ? v.w : 1.0);
-      }
-    }
-  }
-  return r;
-}
-
 // Camera space with Blender's shading axes: x right, y up, z into the picture.
 vec3 input_to_camera(vec3 v) {
   return vec3(HW_ROOT.camera.camera_to_world[0] * v.x + HW_ROOT.camera.camera_to_world[4] * v.y + HW_ROOT.camera.camera_to_world[8] * v.z,
@@ -179,6 +157,29 @@ vec3 input_transform(MaterialInputs m, uint sub, vec3 v) {
   }
   float length2 = dot(r, r);
   return kind == HW_TRANSFORM_AS_NORMAL && length2 > 0.0 ? r * inversesqrt(length2) : r;
+}
+
+// HW_OP_ATTRIBUTE.
+vec3 input_attribute(MaterialInputs m, uint name, uint sub, vec3 offset) {
+  vec3 r = vec3(0.0);
+  uint kind = sub & 255u;
+  if (m.instance != HW_NONE) {
+    uint mesh = HW_INSTANCE(m.instance).mesh;
+    if (kind == HW_ATTRIBUTE_TANGENT) {
+      // Turned as a normal and made to lie in the surface, as Blender's Tangent node does.
+      vec3 t = input_transform(m, HW_SPACE_OBJECT | HW_TRANSFORM_AS_NORMAL << 4u, input_tangent(m, name).xyz);
+      vec3 side = cross(m.N, cross(t, m.N));
+      float length2 = dot(side, side);
+      r = length2 > 0.0 ? side * inversesqrt(length2) : vec3(0.0);
+    } else {
+      uint index = input_find_attribute(mesh, name);
+      if (index != HW_NONE) {
+        vec4 v = input_interpolated(mesh, index, m.primitive, input_barycentrics(m, offset));
+        r = kind == HW_ATTRIBUTE_VALUE ? v.xyz : vec3(kind == HW_ATTRIBUTE_ALPHA ? v.w : 1.0);
+      }
+    }
+  }
+  return r;
 }
 
 float input_bit(uint flags, uint bit) { return (flags & bit) != 0u ? 1.0 : 0.0; }
