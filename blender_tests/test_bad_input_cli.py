@@ -4,8 +4,11 @@
 import os
 import subprocess
 import sys
+import types
 
 import pytest
+
+from headwater import cli
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 CUBE = """#usda 1.0
@@ -33,6 +36,18 @@ def headwater(*arguments, **environment):
         env=environment,
         timeout=120,
     )
+
+
+@pytest.fixture
+def here(capsys):
+    """Runs the command in this process, for errors that come before anything native is opened."""
+
+    def run(*arguments):
+        status = cli.main([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        return types.SimpleNamespace(returncode=status, stdout=out, stderr=err)
+
+    return run
 
 
 def refused(result, *words, status=None):
@@ -84,8 +99,8 @@ def test_no_command_and_unknown_command():
         ("--frobnicate",),
     ],
 )
-def test_bad_options(cube, tmp_path, options):
-    refused(headwater("render", cube, "-o", tmp_path / "x.exr", *options), status=2)
+def test_bad_options(here, cube, tmp_path, options):
+    refused(here("render", cube, "-o", tmp_path / "x.exr", *options), status=2)
     assert not (tmp_path / "x.exr").exists()
 
 
@@ -104,8 +119,8 @@ def test_bad_options(cube, tmp_path, options):
         (("--engine", "cycles"), (".blend",)),
     ],
 )
-def test_unknown_names_list_the_valid_ones(core, cube, tmp_path, options, words):
-    refused(headwater("render", cube, "-o", tmp_path / "x.exr", *options), *words, status=2)
+def test_unknown_names_list_the_valid_ones(core, here, cube, tmp_path, options, words):
+    refused(here("render", cube, "-o", tmp_path / "x.exr", *options), *words, status=2)
 
 
 def test_unwritable_outputs_are_found_before_rendering(cube, tmp_path):
@@ -138,12 +153,12 @@ def test_broken_blend_files(core, tmp_path, kind):
 
 @pytest.mark.parametrize("extension", ["usda", "usdc", "usdz", "usd"])
 @pytest.mark.parametrize("content", [b"", b"not usd", b"PXR-USDC\0\0\0", b"#usda 1.0\ndef Mesh {", b"PK\3\4junk", None])
-def test_broken_usd_files(core, tmp_path, extension, content):
+def test_broken_usd_files(core, here, tmp_path, extension, content):
     pytest.importorskip("pxr")
     path = tmp_path / f"broken.{extension}"
     if content is not None:
         path.write_bytes(content)
-    refused(headwater("render", path, "-o", tmp_path / "x.exr"), f"broken.{extension}")
+    refused(here("render", path, "-o", tmp_path / "x.exr"), f"broken.{extension}")
     assert not (tmp_path / "x.exr").exists()
 
 
