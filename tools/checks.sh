@@ -88,8 +88,8 @@ run_tests() {
 }
 
 # The driver is not instrumented: what it leaks is its own affair, named in tools/lsan.supp.
-sanitized() {
+sanitized() { # from the root: the option takes no path with a space
   env "${ray_query_env[@]}" ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:strict_init_order=1 \
     UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
-    LSAN_OPTIONS="suppressions=$root/tools/lsan.supp:print_suppressions=0" build/asan/headwater_tests
+    LSAN_OPTIONS=suppressions=tools/lsan.supp:print_suppressions=0 build/asan/headwater_tests
 }
