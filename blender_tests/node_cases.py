@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node set-ups whose colour is compared between Cycles and the engine: each a function that builds nodes in a tree, given a
-coordinate socket (pixel_centres of the UV map, 0..1 over an 8x8-pixel square), and returns the output socket to show."""
+"""Node set-ups whose colour is compared between Cycles and the engine.
+
+Each is a function that builds nodes in a tree, given a coordinate socket (pixel_centres of the UV map, 0..1 over an
+8x8-pixel square), and returns the output socket to show."""
 
 import bpy
 
@@ -180,7 +182,13 @@ def _map_range(kind, data):
     def build(tree, co):
         node = _new(tree, "MapRange", interpolation_type=kind, data_type=data)
         if data == "FLOAT":
-            values = {"Value": _parts(tree, _spread(tree, co))[0], "From Min": -0.8, "From Max": 1.1, "To Min": 2.0, "To Max": -1}
+            values = {
+                "Value": _parts(tree, _spread(tree, co))[0],
+                "From Min": -0.8,
+                "From Max": 1.1,
+                "To Min": 2.0,
+                "To Max": -1,
+            }
             if kind == "STEPPED":
                 values["Steps"] = 3.5
             return _feed(tree, node, values).outputs[0]
@@ -206,9 +214,13 @@ def _simple(kind, inputs, output=0, **settings):
             elif value == "u":
                 value = _parts(tree, co)[0]
             elif value == "kelvin":
-                value = _feed(tree, _new(tree, "Math", operation="MULTIPLY_ADD"), {0: _parts(tree, co)[0], 1: 9e3, 2: 900.0}).outputs[0]
+                value = _feed(
+                    tree, _new(tree, "Math", operation="MULTIPLY_ADD"), {0: _parts(tree, co)[0], 1: 9e3, 2: 900.0}
+                ).outputs[0]
             elif value == "nm":
-                value = _feed(tree, _new(tree, "Math", operation="MULTIPLY_ADD"), {0: _parts(tree, co)[0], 1: 420.0, 2: 370.0}).outputs[0]
+                value = _feed(
+                    tree, _new(tree, "Math", operation="MULTIPLY_ADD"), {0: _parts(tree, co)[0], 1: 420.0, 2: 370.0}
+                ).outputs[0]
             values[name] = value
         return _feed(tree, _new(tree, kind, **settings), values).outputs[output]
 

@@ -37,7 +37,13 @@ def _noise(scale):
 
 
 def _transform(kind, source, target):
-    return _with("VectorTransform", {0: _out("NewGeometry", "Position")}, vector_type=kind, convert_from=source, convert_to=target)
+    return _with(
+        "VectorTransform",
+        {0: _out("NewGeometry", "Position")},
+        vector_type=kind,
+        convert_from=source,
+        convert_to=target,
+    )
 
 
 def _image(name, vector=None, **settings):
@@ -55,10 +61,15 @@ def _image(name, vector=None, **settings):
 
 
 def cases() -> dict:
-    found = {f"coordinate {o}": _out("TexCoord", o) for o in ("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection")}
+    found = {
+        f"coordinate {o}": _out("TexCoord", o)
+        for o in ("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection")
+    }
     for output in ("Position", "Normal", "True Normal", "Incoming", "Tangent", "Backfacing"):
         found[f"geometry {output}"] = _out("NewGeometry", output)
-    found |= {f"object {o}": _out("ObjectInfo", o) for o in ("Location", "Color", "Object Index", "Material Index", "Random")}
+    found |= {
+        f"object {o}": _out("ObjectInfo", o) for o in ("Location", "Color", "Object Index", "Material Index", "Random")
+    }
     found |= {f"camera {o}": _out("CameraData", o) for o in ("View Vector", "View Z Depth", "View Distance")}
     found |= {f"path {o}": _out("LightPath", o) for o in ("Is Camera Ray", "Is Shadow Ray", "Ray Length", "Ray Depth")}
     found["fresnel"] = _with("Fresnel", {"IOR": 1.6})
@@ -71,9 +82,13 @@ def cases() -> dict:
         for source, target in (("WORLD", "OBJECT"), ("OBJECT", "WORLD"), ("WORLD", "CAMERA"), ("CAMERA", "OBJECT")):
             found[f"transform {kind} {source} {target}"] = _transform(kind, source, target)
     for space in ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"):
-        found[f"normal map {space}"] = _with("NormalMap", {"Color": (0.6, 0.35, 0.9, 1), "Strength": 0.8}, space=space, uv_map="UVMap")
+        found[f"normal map {space}"] = _with(
+            "NormalMap", {"Color": (0.6, 0.35, 0.9, 1), "Strength": 0.8}, space=space, uv_map="UVMap"
+        )
     found["bump"] = _with("Bump", {"Height": _noise(3.0), "Strength": 0.7, "Distance": 0.3})
-    found["bump generated"] = _with("Bump", {"Height": _with("TexWave", {"Scale": 1.0}, 1), "Distance": 0.2}, invert=True)
+    found["bump generated"] = _with(
+        "Bump", {"Height": _with("TexWave", {"Scale": 1.0}, 1), "Distance": 0.2}, invert=True
+    )
     found["attribute"] = _out("Attribute", "Color", attribute_name="UVMap")
     found["attribute vertex"] = _out("Attribute", "Fac", attribute_name="weight")
     found["color attribute"] = _out("VertexColor", "Color", layer_name="paint")

@@ -7,7 +7,14 @@ from bpy_process import run
 TOLERANCE = 5e-3  # of |value| + 0.01
 # Known: sync gives no random number, and rays start at the camera rather than at its near plane; per-face tangents.
 # Bump steps by a pixel of about the same width.
-LOOSE = {"object Random": 1.0, "path Ray Length": 0.15, "tangent uv": 1.0, "normal map TANGENT": 0.1, "bump": 0.03, "bump generated": 0.03}
+LOOSE = {
+    "object Random": 1.0,
+    "path Ray Length": 0.15,
+    "tangent uv": 1.0,
+    "normal map TANGENT": 0.1,
+    "bump": 0.03,
+    "bump generated": 0.03,
+}
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +31,9 @@ def board(tmp_path_factory):
         flat = sum(1 for n in names if np.ptp(theirs[n]) < 1e-6)
         show(difference=difference, flat=flat)
         """,
-        tmp_path_factory.mktemp("board"), fake=False, timeout=600,
+        tmp_path_factory.mktemp("board"),
+        fake=False,
+        timeout=600,
     )
 
 
@@ -49,7 +58,9 @@ def test_inputs_are_those_of_cycles(tmp_path):
             found[name] = [float(np.quantile(difference, 0.9)), int(seen.sum())]
         show(found=found)
         """,
-        tmp_path, fake=False, timeout=900,
+        tmp_path,
+        fake=False,
+        timeout=900,
     )
     assert len(facts["found"]) > 50
     bad = {n: q for n, (q, seen) in facts["found"].items() if not (q < LOOSE.get(n, TOLERANCE) and seen > 300)}

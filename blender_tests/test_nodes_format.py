@@ -37,7 +37,9 @@ def test_operand_masks_are_those_of_the_header():
 
 
 def test_opcodes_are_those_of_the_core(core):
-    assert {k[3:]: v for k, v in core.material_ops.items()} == {k: v for k, v in vars(op).items() if k.startswith("OP_")}
+    assert {k[3:]: v for k, v in core.material_ops.items()} == {
+        k: v for k, v in vars(op).items() if k.startswith("OP_")
+    }
 
 
 def rows_of(compiled):

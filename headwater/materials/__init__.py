@@ -2,7 +2,7 @@
 """Material programs: an assembler of expression graphs for the engine's register machine.
 
 expression.py  graphs of operations, folded where constant      assembler.py  closures and graphs → words, constants
-principled.py  closures with their defaults                     arithmetic.py, color.py, textures.py  Blender's node maths
+closures.py    rows of the shader nodes                         arithmetic.py, color.py, textures.py  Blender's nodes
 spectrum.py    blackbody and wavelength tables                  preview_surface.py  UsdPreviewSurface
 """
 

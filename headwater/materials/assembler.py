@@ -274,7 +274,9 @@ class Surface:
             flags |= op.MATERIAL_EMISSION_SHADER
         words, constants = assemble(self._closures + emission + holdout, varying, through)
         constant = self.emission.value if self.emission.constant and not self._layered else zero
-        return CompiledMaterial(words, constants, list(images), frozenset(attributes), flags, constant, list(unsupported))
+        return CompiledMaterial(
+            words, constants, list(images), frozenset(attributes), flags, constant, list(unsupported)
+        )
 
 
 def compile_background(graph: Graph, radiance: Expr, images, unsupported) -> CompiledMaterial:
@@ -284,6 +286,11 @@ def compile_background(graph: Graph, radiance: Expr, images, unsupported) -> Com
         return CompiledMaterial(program, constants, [], frozenset(), 0, radiance.value, list(unsupported))
     words, constants = assemble([], [Closure(op.OP_EMISSION, (radiance,))], [])
     return CompiledMaterial(
-        words, constants, list(images), frozenset(), op.MATERIAL_EMISSIVE | op.MATERIAL_EMISSION_SHADER, (0.0,) * 3,
+        words,
+        constants,
+        list(images),
+        frozenset(),
+        op.MATERIAL_EMISSIVE | op.MATERIAL_EMISSION_SHADER,
+        (0.0,) * 3,
         list(unsupported),
     )

@@ -8,7 +8,9 @@ from headwater.materials.assembler import Closure, Surface
 from headwater.materials.expression import Expr, Graph
 
 DISTRIBUTIONS = {
-    "GGX": op.DISTRIBUTION_GGX, "MULTI_GGX": op.DISTRIBUTION_MULTI_GGX, "BECKMANN": op.DISTRIBUTION_BECKMANN,
+    "GGX": op.DISTRIBUTION_GGX,
+    "MULTI_GGX": op.DISTRIBUTION_MULTI_GGX,
+    "BECKMANN": op.DISTRIBUTION_BECKMANN,
     "ASHIKHMIN_SHIRLEY": op.DISTRIBUTION_ASHIKHMIN_SHIRLEY,
 }
 
@@ -54,12 +56,32 @@ class Principled:
         """Blender's defaults."""
         c = g.const
         return cls(
-            base_color=c(0.8), metallic=g.zero, roughness=c(0.5), ior=c(1.5), alpha=g.one, normal=g.normal,
-            diffuse_roughness=g.zero, subsurface_weight=g.zero, specular_level=c(0.5), specular_tint=g.one,
-            anisotropic=g.zero, anisotropic_rotation=g.zero, tangent=g.zero, transmission=g.zero, coat_weight=g.zero,
-            coat_roughness=c(0.03), coat_ior=c(1.5), coat_tint=g.one, coat_normal=g.normal, sheen_weight=g.zero,
-            sheen_roughness=c(0.5), sheen_tint=g.one, emission_color=g.one, emission_strength=g.zero,
-            film_thickness=g.zero, film_ior=c(1.33),
+            base_color=c(0.8),
+            metallic=g.zero,
+            roughness=c(0.5),
+            ior=c(1.5),
+            alpha=g.one,
+            normal=g.normal,
+            diffuse_roughness=g.zero,
+            subsurface_weight=g.zero,
+            specular_level=c(0.5),
+            specular_tint=g.one,
+            anisotropic=g.zero,
+            anisotropic_rotation=g.zero,
+            tangent=g.zero,
+            transmission=g.zero,
+            coat_weight=g.zero,
+            coat_roughness=c(0.03),
+            coat_ior=c(1.5),
+            coat_tint=g.one,
+            coat_normal=g.normal,
+            sheen_weight=g.zero,
+            sheen_roughness=c(0.5),
+            sheen_tint=g.one,
+            emission_color=g.one,
+            emission_strength=g.zero,
+            film_thickness=g.zero,
+            film_ior=c(1.33),
         )
 
 
@@ -119,7 +141,9 @@ def add_toon(surface: Surface, weight: Expr, color: Expr, size: Expr, smooth: Ex
     surface.add(Closure(op.OP_TOON, (color, b, normal, None, weight), sub=1 if glossy else 0))
 
 
-def add_glossy(surface: Surface, weight, color, roughness, anisotropy, rotation, normal, tangent, distribution: int) -> None:
+def add_glossy(
+    surface: Surface, weight, color, roughness, anisotropy, rotation, normal, tangent, distribution: int
+) -> None:
     b = surface.graph.combine(roughness, anisotropy, rotation)
     surface.add(Closure(op.OP_GLOSSY, (color, b, normal, tangent, weight), sub=distribution))
 
@@ -134,8 +158,19 @@ def add_refraction(surface: Surface, weight, color, roughness, ior, normal) -> N
     surface.add(Closure(op.OP_REFRACTION, (color, b, normal, None, weight)))
 
 
-def add_metallic(surface: Surface, weight, base, edge, roughness, anisotropy, rotation, normal, tangent, distribution: int,
-                 conductor: bool) -> None:
+def add_metallic(
+    surface: Surface,
+    weight,
+    base,
+    edge,
+    roughness,
+    anisotropy,
+    rotation,
+    normal,
+    tangent,
+    distribution: int,
+    conductor: bool,
+) -> None:
     """base and edge: base colour and edge tint, or with `conductor` n and k."""
     b = surface.graph.combine(roughness, anisotropy, rotation)
     sub = distribution | (op.METALLIC_CONDUCTOR if conductor else 0)

@@ -77,9 +77,7 @@ _BLEND = {
     "SOFT_LIGHT": _soft_light,
     "LINEAR_LIGHT": lambda g, t, a, b: g.fma(t, g.fma(b, g.const(2.0), g.const(-1.0)), a),
     "DIFFERENCE": lambda g, t, a, b: g.mix(a, g.abs(g.sub(a, b)), t),
-    "EXCLUSION": lambda g, t, a, b: g.max(
-        g.mix(a, g.fma(g.mul(a, b), g.const(-2.0), g.add(a, b)), t), g.zero
-    ),
+    "EXCLUSION": lambda g, t, a, b: g.max(g.mix(a, g.fma(g.mul(a, b), g.const(-2.0), g.add(a, b)), t), g.zero),
     "SUBTRACT": lambda g, t, a, b: g.fma(t, g.negate(b), a),
     "DIVIDE": _divide,
     "HUE": lambda g, t, a, b: _in_hsv(g, t, a, b, "h"),

@@ -63,9 +63,7 @@ class _Compiler:
         if displacement.value != (0.0, 0.0, 0.0):
             self._list(shader, "displacement is not supported")
         closures.add_principled(surface, g.one, p)
-        return surface.finish(
-            self._images, self._attributes, self._unsupported, flags=op.MATERIAL_BUMP_CORRECTION
-        )
+        return surface.finish(self._images, self._attributes, self._unsupported, flags=op.MATERIAL_BUMP_CORRECTION)
 
     def _specular_workflow(self, p, specular: Expr) -> None:
         """Reflectance at normal incidence `specular`: the tint of a dielectric whose own is 4 % (index 1.5)."""

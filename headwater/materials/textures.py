@@ -7,29 +7,55 @@ from headwater.materials import opcodes as op
 from headwater.materials.expression import Expr, Graph
 
 NOISE_TYPES = {
-    "FBM": op.NOISE_FBM, "MULTIFRACTAL": op.NOISE_MULTIFRACTAL, "RIDGED_MULTIFRACTAL": op.NOISE_RIDGED,
-    "HYBRID_MULTIFRACTAL": op.NOISE_HYBRID, "HETERO_TERRAIN": op.NOISE_HETERO_TERRAIN,
+    "FBM": op.NOISE_FBM,
+    "MULTIFRACTAL": op.NOISE_MULTIFRACTAL,
+    "RIDGED_MULTIFRACTAL": op.NOISE_RIDGED,
+    "HYBRID_MULTIFRACTAL": op.NOISE_HYBRID,
+    "HETERO_TERRAIN": op.NOISE_HETERO_TERRAIN,
 }
 VORONOI_FEATURES = {
-    "F1": op.VORONOI_F1, "F2": op.VORONOI_F2, "SMOOTH_F1": op.VORONOI_SMOOTH_F1,
-    "DISTANCE_TO_EDGE": op.VORONOI_DISTANCE_TO_EDGE, "N_SPHERE_RADIUS": op.VORONOI_N_SPHERE_RADIUS,
+    "F1": op.VORONOI_F1,
+    "F2": op.VORONOI_F2,
+    "SMOOTH_F1": op.VORONOI_SMOOTH_F1,
+    "DISTANCE_TO_EDGE": op.VORONOI_DISTANCE_TO_EDGE,
+    "N_SPHERE_RADIUS": op.VORONOI_N_SPHERE_RADIUS,
 }
 VORONOI_METRICS = {
-    "EUCLIDEAN": op.METRIC_EUCLIDEAN, "MANHATTAN": op.METRIC_MANHATTAN,
-    "CHEBYCHEV": op.METRIC_CHEBYCHEV, "MINKOWSKI": op.METRIC_MINKOWSKI,
+    "EUCLIDEAN": op.METRIC_EUCLIDEAN,
+    "MANHATTAN": op.METRIC_MANHATTAN,
+    "CHEBYCHEV": op.METRIC_CHEBYCHEV,
+    "MINKOWSKI": op.METRIC_MINKOWSKI,
 }
 INTERPOLATIONS = {
-    "Linear": op.INTERPOLATION_LINEAR, "Closest": op.INTERPOLATION_CLOSEST,
-    "Cubic": op.INTERPOLATION_CUBIC, "Smart": op.INTERPOLATION_CUBIC,
+    "Linear": op.INTERPOLATION_LINEAR,
+    "Closest": op.INTERPOLATION_CLOSEST,
+    "Cubic": op.INTERPOLATION_CUBIC,
+    "Smart": op.INTERPOLATION_CUBIC,
 }
 EXTENSIONS = {
-    "REPEAT": op.EXTENSION_REPEAT, "EXTEND": op.EXTENSION_EXTEND,
-    "CLIP": op.EXTENSION_CLIP, "MIRROR": op.EXTENSION_MIRROR,
+    "REPEAT": op.EXTENSION_REPEAT,
+    "EXTEND": op.EXTENSION_EXTEND,
+    "CLIP": op.EXTENSION_CLIP,
+    "MIRROR": op.EXTENSION_MIRROR,
 }
 
 
-def noise(g: Graph, kind: str, dims: int, normalize: bool, color: bool, co, w, scale, detail, roughness, lacunarity,
-          distortion, offset, gain) -> Expr:
+def noise(
+    g: Graph,
+    kind: str,
+    dims: int,
+    normalize: bool,
+    color: bool,
+    co,
+    w,
+    scale,
+    detail,
+    roughness,
+    lacunarity,
+    distortion,
+    offset,
+    gain,
+) -> Expr:
     """Noise Texture: the factor, or with `color` the colour."""
     sub = NOISE_TYPES[kind] | dims << 4 | (1 << 8 if normalize else 0) | (1 << 9 if color else 0)
     b = g.combine(g.mul(w, scale), detail, roughness)
@@ -37,8 +63,23 @@ def noise(g: Graph, kind: str, dims: int, normalize: bool, color: bool, co, w, s
     return g.make(op.OP_NOISE, g.mul(co, scale), b, c, gain, sub=sub)
 
 
-def voronoi(g: Graph, feature: str, metric: str, dims: int, normalize: bool, output: int, co, w, scale, detail, roughness,
-            lacunarity, smoothness, exponent, randomness) -> Expr:
+def voronoi(
+    g: Graph,
+    feature: str,
+    metric: str,
+    dims: int,
+    normalize: bool,
+    output: int,
+    co,
+    w,
+    scale,
+    detail,
+    roughness,
+    lacunarity,
+    smoothness,
+    exponent,
+    randomness,
+) -> Expr:
     """Voronoi Texture; `output` is op.VORONOI_OUT_*. Positions come back in unscaled coordinates."""
     sub = VORONOI_FEATURES[feature] | VORONOI_METRICS[metric] << 3 | dims << 6
     sub |= (1 << 9 if normalize else 0) | output << 10
@@ -56,8 +97,20 @@ def magic(g: Graph, depth: int, co: Expr, scale: Expr, distortion: Expr) -> Expr
     return g.make(op.OP_MAGIC, co, distortion, scale, sub=max(0, min(depth, 10)))
 
 
-def brick(g: Graph, offset, offset_frequency: int, squash, squash_frequency: int, co, scale, mortar_size, mortar_smooth, bias,
-          width, height) -> Expr:
+def brick(
+    g: Graph,
+    offset,
+    offset_frequency: int,
+    squash,
+    squash_frequency: int,
+    co,
+    scale,
+    mortar_size,
+    mortar_smooth,
+    bias,
+    width,
+    height,
+) -> Expr:
     """(tint, mortar, 0); offset and squash are numbers of the node."""
     sub = max(0, min(offset_frequency, 255)) | max(0, min(squash_frequency, 255)) << 8
     b = g.combine(mortar_size, mortar_smooth, bias)
@@ -98,8 +151,20 @@ def gradient(g: Graph, kind: str, co: Expr) -> Expr:
     return g.clamp(value)
 
 
-def wave(g: Graph, kind: str, bands: str, rings: str, profile: str, co, scale, distortion, detail, detail_scale,
-         detail_roughness, phase) -> Expr:
+def wave(
+    g: Graph,
+    kind: str,
+    bands: str,
+    rings: str,
+    profile: str,
+    co,
+    scale,
+    distortion,
+    detail,
+    detail_scale,
+    detail_roughness,
+    phase,
+) -> Expr:
     p = _off_lattice(g, g.mul(co, scale))
     if kind == "BANDS":
         n = g.scale(g.dot(p, g.one), 10.0) if bands == "DIAGONAL" else g.scale(g.component(p, "XYZ".index(bands)), 20.0)
@@ -111,8 +176,22 @@ def wave(g: Graph, kind: str, bands: str, rings: str, profile: str, co, scale, d
         n = g.scale(g.length(p_ring), 20.0)
     n = g.add(n, phase)
     if distortion.value != (0.0, 0.0, 0.0):
-        bumps = noise(g, "FBM", 3, True, False, p, g.zero, detail_scale, detail, detail_roughness, g.const(2.0), g.zero,
-                      g.zero, g.zero)
+        bumps = noise(
+            g,
+            "FBM",
+            3,
+            True,
+            False,
+            p,
+            g.zero,
+            detail_scale,
+            detail,
+            detail_roughness,
+            g.const(2.0),
+            g.zero,
+            g.zero,
+            g.zero,
+        )
         n = g.fma(g.fma(bumps, g.const(2.0), g.const(-1.0)), distortion, n)
     if profile == "SIN":
         return g.fma(g.function(op.MATH_SIN, g.sub(n, g.const(math.pi / 2))), g.const(0.5), g.const(0.5))
@@ -142,14 +221,25 @@ def tube_coordinates(g: Graph, co: Expr) -> Expr:
     flat = g.combine(x, y, g.zero)
     length = g.length(flat)
     inverse = g.div(g.one, length)
-    u = g.scale(g.one_minus(g.scale(g.function(op.MATH_ATAN2, g.mul(x, inverse), g.mul(y, inverse)), 1.0 / math.pi)), 0.5)
+    u = g.scale(
+        g.one_minus(g.scale(g.function(op.MATH_ATAN2, g.mul(x, inverse), g.mul(y, inverse)), 1.0 / math.pi)), 0.5
+    )
     v = g.scale(g.add(z, g.one), 0.5)
     return g.select(length, g.zero, g.combine(u, v, g.zero))
 
 
-def image(g: Graph, index: int, co: Expr, interpolation: str, extension: str, *, unpremultiply=False, box_blend=None,
-          normal: Expr | None = None) -> Expr:
-    """Colour of image `index` of the material's list. `box_blend`: box projection's blend, with an object-space normal."""
+def image(
+    g: Graph,
+    index: int,
+    co: Expr,
+    interpolation: str,
+    extension: str,
+    *,
+    unpremultiply=False,
+    box_blend=None,
+    normal: Expr | None = None,
+) -> Expr:
+    """Colour of image `index` of the material's list. `box_blend`: of a box projection, with an object-space normal."""
     sub = INTERPOLATIONS[interpolation] | EXTENSIONS[extension] << 2
     sub |= op.IMAGE_UNPREMULTIPLY if unpremultiply else 0
     if box_blend is not None:

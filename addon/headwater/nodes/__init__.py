@@ -21,7 +21,7 @@ _ZONES = ("Repeat", "Closure", "Bundle", "Zone")
 
 
 def _tree(block):
-    """The node tree to compile, and something to hold while it is in use. Zones (Blender 5.0) are written out by Blender."""
+    """The node tree to compile, and something to hold meanwhile. Zones (Blender 5.0) are written out by Blender."""
     tree = block.node_tree if getattr(block, "use_nodes", True) else None
     inline = getattr(bpy.types, "InlineShaderNodes", None)
     if tree is None or inline is None or not _has_zones(tree):
@@ -71,7 +71,8 @@ def _setting(block, name: str, default):
 
 def _material_flags(material) -> int:
     sampling = _setting(material, "emission_sampling", "AUTO")
-    flags = {"NONE": op.MATERIAL_NO_MIS, "FRONT": op.MATERIAL_EMIT_FRONT, "BACK": op.MATERIAL_EMIT_BACK}.get(sampling, 0)
+    known = {"NONE": op.MATERIAL_NO_MIS, "FRONT": op.MATERIAL_EMIT_FRONT, "BACK": op.MATERIAL_EMIT_BACK}
+    flags = known.get(sampling, 0)
     return flags | (op.MATERIAL_BUMP_CORRECTION if _setting(material, "use_bump_map_correction", True) else 0)
 
 

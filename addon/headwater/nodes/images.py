@@ -86,7 +86,7 @@ def _load_sequence(request, loaded: LoadedImage) -> LoadedImage:
     digits = list(re.finditer(r"\d+", name))
     if digits:
         last = digits[-1]
-        name = f"{name[:last.start()]}{request.frame:0{len(last[0])}d}{name[last.end():]}"
+        name = f"{name[: last.start()]}{request.frame:0{len(last[0])}d}{name[last.end() :]}"
     try:
         texture = load_texture(os.path.join(folder, name))
     except UserError as error:

@@ -15,8 +15,13 @@ def texture_coordinate(call):
         inverse = call.node.object.matrix_world.inverted_safe()
         return g.matrix(call.input(op.INPUT_POSITION), [list(row) for row in inverse][:3])
     kinds = {
-        "Generated": op.INPUT_GENERATED, "Normal": op.INPUT_OBJECT_NORMAL, "UV": op.INPUT_UV, "Object": op.INPUT_OBJECT,
-        "Camera": op.INPUT_CAMERA, "Window": op.INPUT_WINDOW, "Reflection": op.INPUT_REFLECTION,
+        "Generated": op.INPUT_GENERATED,
+        "Normal": op.INPUT_OBJECT_NORMAL,
+        "UV": op.INPUT_UV,
+        "Object": op.INPUT_OBJECT,
+        "Camera": op.INPUT_CAMERA,
+        "Window": op.INPUT_WINDOW,
+        "Reflection": op.INPUT_REFLECTION,
     }
     if call.node.from_instancer:
         call.unsupported("From Instancer is not supported; the object's own coordinates are used")
@@ -171,8 +176,11 @@ def normal_map(call):
     color = yield call("Color")
     strength = yield call("Strength")
     spaces = {
-        "TANGENT": op.NORMAL_MAP_TANGENT, "OBJECT": op.NORMAL_MAP_OBJECT, "WORLD": op.NORMAL_MAP_WORLD,
-        "BLENDER_OBJECT": op.NORMAL_MAP_OBJECT, "BLENDER_WORLD": op.NORMAL_MAP_WORLD,
+        "TANGENT": op.NORMAL_MAP_TANGENT,
+        "OBJECT": op.NORMAL_MAP_OBJECT,
+        "WORLD": op.NORMAL_MAP_WORLD,
+        "BLENDER_OBJECT": op.NORMAL_MAP_OBJECT,
+        "BLENDER_WORLD": op.NORMAL_MAP_WORLD,
     }
     if node.space.startswith("BLENDER_"):  # y and z are stored turned round
         color = g.fma(color, g.const(1.0, -1.0, -1.0), g.const(0.0, 1.0, 1.0))
@@ -184,8 +192,6 @@ def normal_map(call):
         name = attribute_hash(tangents)
     # Strength acts on the interpolated normal, whatever displaces it.
     return g.make_varying(op.OP_NORMAL_MAP, color, strength, g.normal, sub=space, imm=name)
-
-
 
 
 def bump(call):

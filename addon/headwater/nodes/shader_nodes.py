@@ -56,18 +56,39 @@ def principled(s: Shader, surface: Surface) -> None:
     if not is_zero(subsurface):
         s.unsupported("subsurface scattering is approximated by diffuse reflection")
     anisotropic = s("Anisotropic")
-    closures.add_principled(surface, s.weight, Principled(
-        base_color=s("Base Color"), metallic=s("Metallic"), roughness=s("Roughness"), ior=s("IOR"), alpha=s("Alpha"),
-        normal=normal, diffuse_roughness=s("Diffuse Roughness"), subsurface_weight=subsurface,
-        specular_level=s("Specular IOR Level"), specular_tint=s("Specular Tint"), anisotropic=anisotropic,
-        anisotropic_rotation=s("Anisotropic Rotation"), tangent=g.zero if is_zero(anisotropic) else s.tangent(),
-        transmission=s("Transmission Weight"), coat_weight=s("Coat Weight"), coat_roughness=s("Coat Roughness"),
-        coat_ior=s("Coat IOR"), coat_tint=s("Coat Tint"), coat_normal=s.normal("Coat Normal"),
-        sheen_weight=s("Sheen Weight"), sheen_roughness=s("Sheen Roughness"), sheen_tint=s("Sheen Tint"),
-        emission_color=s("Emission Color"), emission_strength=s("Emission Strength"), film_thickness=thickness,
-        film_ior=s("Thin Film IOR") if s.has("Thin Film IOR") else g.const(1.33),
-        multiscatter=s.node.distribution == "MULTI_GGX",
-    ))
+    closures.add_principled(
+        surface,
+        s.weight,
+        Principled(
+            base_color=s("Base Color"),
+            metallic=s("Metallic"),
+            roughness=s("Roughness"),
+            ior=s("IOR"),
+            alpha=s("Alpha"),
+            normal=normal,
+            diffuse_roughness=s("Diffuse Roughness"),
+            subsurface_weight=subsurface,
+            specular_level=s("Specular IOR Level"),
+            specular_tint=s("Specular Tint"),
+            anisotropic=anisotropic,
+            anisotropic_rotation=s("Anisotropic Rotation"),
+            tangent=g.zero if is_zero(anisotropic) else s.tangent(),
+            transmission=s("Transmission Weight"),
+            coat_weight=s("Coat Weight"),
+            coat_roughness=s("Coat Roughness"),
+            coat_ior=s("Coat IOR"),
+            coat_tint=s("Coat Tint"),
+            coat_normal=s.normal("Coat Normal"),
+            sheen_weight=s("Sheen Weight"),
+            sheen_roughness=s("Sheen Roughness"),
+            sheen_tint=s("Sheen Tint"),
+            emission_color=s("Emission Color"),
+            emission_strength=s("Emission Strength"),
+            film_thickness=thickness,
+            film_ior=s("Thin Film IOR") if s.has("Thin Film IOR") else g.const(1.33),
+            multiscatter=s.node.distribution == "MULTI_GGX",
+        ),
+    )
 
 
 def diffuse(s: Shader, surface: Surface) -> None:
@@ -95,8 +116,17 @@ def metallic(s: Shader, surface: Surface) -> None:
     anisotropy = s("Anisotropy")
     tangent = s.graph.zero if is_zero(anisotropy) else s.tangent()
     closures.add_metallic(
-        surface, s.weight, s(base), s(edge), s("Roughness"), anisotropy, s("Rotation"), s.normal(), tangent,
-        s.distribution(), conductor,
+        surface,
+        s.weight,
+        s(base),
+        s(edge),
+        s("Roughness"),
+        anisotropy,
+        s("Rotation"),
+        s.normal(),
+        tangent,
+        s.distribution(),
+        conductor,
     )
 
 

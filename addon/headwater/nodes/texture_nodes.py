@@ -14,7 +14,9 @@ def _texture_mapping(call, co):
     if m is None:
         return co
     g = call.graph
-    identity = m.vector_type == "POINT" and not any(m.translation) and not any(m.rotation) and all(s == 1 for s in m.scale)
+    identity = (
+        m.vector_type == "POINT" and not any(m.translation) and not any(m.rotation) and all(s == 1 for s in m.scale)
+    )
     if not identity:
         parts = (g.const(*m.translation), g.const(*m.rotation), g.const(*m.scale))
         co = arithmetic.mapping_node(g, m.vector_type, co, *parts)
@@ -102,11 +104,31 @@ def brick(call):
     g, node = call.graph, call.node
     co = yield from _coordinates(call)
     values = {}
-    for name in ("Color1", "Color2", "Mortar", "Scale", "Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Height"):
+    for name in (
+        "Color1",
+        "Color2",
+        "Mortar",
+        "Scale",
+        "Mortar Size",
+        "Mortar Smooth",
+        "Bias",
+        "Brick Width",
+        "Row Height",
+    ):
         values[name] = yield call(name)
     result = textures.brick(
-        g, node.offset, node.offset_frequency, node.squash, node.squash_frequency, co, values["Scale"], values["Mortar Size"],
-        values["Mortar Smooth"], values["Bias"], values["Brick Width"], values["Row Height"],
+        g,
+        node.offset,
+        node.offset_frequency,
+        node.squash,
+        node.squash_frequency,
+        co,
+        values["Scale"],
+        values["Mortar Size"],
+        values["Mortar Smooth"],
+        values["Bias"],
+        values["Brick Width"],
+        values["Row Height"],
     )
     tint, mortar = g.component(result, 0), g.component(result, 1)
     bricks = g.mix(values["Color1"], values["Color2"], tint)
@@ -131,7 +153,14 @@ def _sample(call, co, extension: str, box_blend=None):
     index = call.compiler.image_index(image_key(request), request)
     normal = call.input(op.INPUT_OBJECT_NORMAL) if box_blend is not None else None
     texel = textures.image(
-        g, index, co, node.interpolation, extension, unpremultiply=_alpha_asked(call), box_blend=box_blend, normal=normal
+        g,
+        index,
+        co,
+        node.interpolation,
+        extension,
+        unpremultiply=_alpha_asked(call),
+        box_blend=box_blend,
+        normal=normal,
     )
     return g.alpha(texel) if call.wanted == "Alpha" else texel
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Walks Blender node trees: follows links through groups, reroutes and muted nodes, and evaluates sockets.
 
-Nodes are evaluated by generators that yield the sockets they need and are sent expressions, so that a deep tree needs no
-recursion; a link that leads back to itself gives the socket's default value.
+Nodes are evaluated by generators that yield the sockets they need and are sent expressions, so that a deep tree needs
+no recursion; a link that leads back to itself gives the socket's default value.
 """
 
 from dataclasses import dataclass
@@ -20,6 +20,17 @@ class Context:
     def __init__(self, parent: "Context | None" = None, node=None):
         self.parent, self.node = parent, node
         self._inner: dict[int, Context] = {}
+        self._links: dict[int, dict] = parent._links if parent is not None else {}
+
+    def link_into(self, socket):
+        """The link in use into a socket, or None. All links of a tree are listed once: asking a socket for its own
+        walks through all of them."""
+        tree = socket.id_data
+        key = tree.as_pointer()
+        if key not in self._links:
+            valid = [k for k in tree.links if not k.is_muted and k.is_valid]
+            self._links[key] = {k.to_socket.as_pointer(): k for k in reversed(valid)}
+        return self._links[key].get(socket.as_pointer())
 
     def inside(self, node) -> "Context":
         return self._inner.setdefault(node.as_pointer(), Context(self, node))
@@ -54,14 +65,6 @@ def _find(sockets, identifier):
     return None
 
 
-def _link_into(socket):
-    for link in socket.links if socket.is_linked else ():
-        if link.is_muted or not getattr(link, "is_valid", True):
-            continue
-        return link
-    return None
-
-
 def _group_output(tree):
     found = None
     for node in tree.nodes:
@@ -74,7 +77,7 @@ def resolve(socket, context: Context) -> Source:
     """Follows the link into `socket` to the node that makes its value."""
     types = [socket.type]
     for _ in range(MAX_LINKS):
-        link = _link_into(socket)
+        link = context.link_into(socket)
         if link is None:
             return Source(context, None, socket, tuple(reversed(types)))
         output, node = link.from_socket, link.from_node
