@@ -65,12 +65,13 @@ std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& 
     *range = {block, offset, bytes};
     return range;
   };
+  const bool mapped = use != BufferUse::device || shared_memory;
   VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
   for (const std::uint32_t type : types_for(memory_properties, needs.memoryTypeBits, use, shared_memory)) {
     const bool small = bytes <= kSmallBytes && alignment == kAlignment;
     if (small)
       for (const auto& block : blocks) {
-        if (block->dedicated || block->type != type) continue;
+        if (block->dedicated || block->type != type || (mapped && !block->mapped)) continue;
         const auto hole = std::find_if(block->free.begin(), block->free.end(), [&](const auto& f) { return f.second >= bytes; });
         if (hole == block->free.end()) continue;
         const auto [offset, size] = *hole;
@@ -89,14 +90,14 @@ std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& 
     info.memoryTypeIndex = type;
     result = vk.vkAllocateMemory(device, &info, nullptr, &block->memory);
     if (result != VK_SUCCESS) continue;
-    if (use != BufferUse::device || shared_memory) {
-      void* mapped = nullptr;
-      result = vk.vkMapMemory(device, block->memory, 0, VK_WHOLE_SIZE, 0, &mapped);
+    if (mapped) {
+      void* where = nullptr;
+      result = vk.vkMapMemory(device, block->memory, 0, VK_WHOLE_SIZE, 0, &where);
       if (result != VK_SUCCESS) {
         vk.vkFreeMemory(device, block->memory, nullptr);
         continue;
       }
-      block->mapped = static_cast<std::byte*>(mapped);
+      block->mapped = static_cast<std::byte*>(where);
     }
     if (small) block->free[bytes] = block->bytes - bytes;
     blocks.push_back(std::move(block));

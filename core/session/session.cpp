@@ -121,6 +121,7 @@ SyncReport Session::sync() {
     std::lock_guard lock(d.mutex);
     if (d.running) throw std::logic_error("the scene can't be synced while it is being rendered");
   }
+  if (d.context->renders_for) throw std::logic_error("another session is rendering on this device: wait until it has finished");
   d.join();
   const auto t0 = std::chrono::steady_clock::now();
   d.scene->commit();
@@ -157,6 +158,9 @@ void Session::start(const RenderSettings& asked) {
   const CameraRecord& camera = d.tables.root().camera;
   if (!(camera.right > camera.left && camera.top > camera.bottom))
     throw std::invalid_argument("the scene has no camera: set one and sync before rendering");
+  if (!d.tables.current())
+    throw std::logic_error("the device does not hold this scene: sync it again (its last sync failed, or another session used "
+                           "the device since)");
   const FilmLayout layout = film_layout(s.passes);
   const auto names = integrator_names();
   if (std::find(names.begin(), names.end(), s.integrator) == names.end()) {
@@ -164,6 +168,9 @@ void Session::start(const RenderSettings& asked) {
     for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
     throw std::invalid_argument("there is no integrator named '" + s.integrator + "'; the integrators are " + known);
   }
+  const void* nobody = nullptr;
+  if (!d.context->renders_for.compare_exchange_strong(nobody, &d))
+    throw std::logic_error("another session is rendering on this device: wait until it has finished");
   d.settings = s;
   d.cancelled = false;
   d.wants_download = false;
@@ -191,6 +198,7 @@ void Session::start(const RenderSettings& asked) {
     std::lock_guard lock(d.mutex);
     d.running = false;
     d.progress.finished = true;
+    d.context->renders_for = nullptr;
     throw;
   }
 }
@@ -240,6 +248,7 @@ void Session::Impl::run() {
   progress.seconds = seconds_since(begun);
   progress.remaining = 0;
   running = false;
+  context->renders_for = nullptr;
   ended.notify_all();
 }
 

@@ -2,6 +2,7 @@
 // One scene being rendered on one device: sync, a render on its own thread, progress, cancel, pixels out.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -26,6 +27,7 @@ struct Context {
   std::unique_ptr<KernelCache> kernels;
   std::unique_ptr<Buffer> luts;  // albedo tables (materials/luts.h)
   int threads = 0;
+  std::atomic<const void*> renders_for{nullptr};  // the session that is rendering now
 };
 std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads, bool validation);
 
@@ -50,8 +52,11 @@ class Session {
   Session(std::shared_ptr<Context> context, std::shared_ptr<Scene> scene);
   ~Session();  // cancels and joins
 
-  SyncReport sync();                       // scene.commit(), upload, build. Not while rendering.
-  void start(const RenderSettings& settings);  // throws std::invalid_argument naming a bad setting
+  // scene.commit(), upload, build. Not while this or another session of the context renders (std::logic_error).
+  SyncReport sync();
+  // Throws std::invalid_argument naming a bad setting, std::logic_error when the context's Tracer does not hold this scene:
+  // it was not synced, its last sync failed, or another session of the context has synced since.
+  void start(const RenderSettings& settings);
   bool wait(int milliseconds);             // true when the render has ended
   Progress progress() const;
   void cancel();                           // ends within half a second; what was accumulated stays readable
