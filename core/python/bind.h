@@ -14,5 +14,6 @@ void bind_errors(nb::module_& m);     // SceneError, DeviceError and its kinds
 void bind_constants(nb::module_& m);  // flags, material_ops
 void bind_scene(nb::module_& m);
 void bind_session(nb::module_& m);    // Context, Session, devices()
+void bind_versions(nb::module_& m);
 
 }  // namespace hw::python

@@ -11,4 +11,5 @@ NB_MODULE(_core, m) {
   hw::python::bind_constants(m);
   hw::python::bind_scene(m);
   hw::python::bind_session(m);
+  hw::python::bind_versions(m);
 }
