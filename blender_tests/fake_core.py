@@ -185,6 +185,9 @@ class Context:
         self.device, self.tracer, self.threads = {"name": "Fake"}, tracer, threads
         self.memory = self.peak_memory = self.validation_messages = 0
 
+    def set_memory_limit(self, size):
+        self.limit = size
+
 
 class Session:
     def __init__(self, context, scene):

@@ -133,6 +133,8 @@ def _register(bpy, request, progress) -> _Watch:
     options = {"device": request.device, "tracer": request.tracer, "stats": stats_file.name}
     if request.threads:
         options["threads"] = str(request.threads)
+    if request.memory_limit:
+        options["memory-limit"] = str(request.memory_limit)
     sys.argv = ["headwater", "--", *(f"--headwater-{name}={value}" for name, value in options.items())]
     try:
         addon = headwater.blender.addon()

@@ -54,6 +54,13 @@ def add_arguments(parser) -> None:
     add("--tracer", default="auto", metavar="NAME", help=f"one of {', '.join(TRACERS)}")
     add("--threads", type=natural, default=0, metavar="N", help="host threads (default: all)")
     add(
+        "--memory-limit",
+        type=natural,
+        default=0,
+        metavar="MIB",
+        help="most device memory a render may take, in MiB; one that needs more ends with an error (default: no limit)",
+    )
+    add(
         "--engine",
         choices=("headwater", "cycles"),
         default="headwater",

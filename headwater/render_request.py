@@ -39,6 +39,7 @@ class Request:
     device: str
     tracer: str
     threads: int
+    memory_limit: int  # MiB of device memory, 0: none
     engine: str
     autoexec: bool
 
@@ -67,7 +68,7 @@ class Request:
             "seed",
             "integrator",
         )
-        names += ("estimator", "lights", "no_clamp", "device", "tracer", "threads", "engine", "autoexec")
+        names += ("estimator", "lights", "no_clamp", "device", "tracer", "threads", "memory_limit", "engine", "autoexec")
         return cls(output=output, passes=passes, bounces=bounces, **{name: getattr(args, name) for name in names})
 
     @property

@@ -17,7 +17,9 @@ WAIT_MS = 50
 def make_context(core, request):
     """The core's Context for a request. Raises UserError (exit 2) when device or tracer can't serve."""
     try:
-        return core.Context(device=request.device, tracer=request.tracer, threads=request.threads)
+        context = core.Context(device=request.device, tracer=request.tracer, threads=request.threads)
+        context.set_memory_limit(request.memory_limit << 20)
+        return context
     except MemoryError:
         raise
     except Exception as error:  # DeviceError: its text lists the devices and why each can't be used

@@ -72,7 +72,7 @@ def _guarded(work):
         except Cancelled:
             return None
         except (SyncError, native.NativeError, ValueError, RuntimeError, MemoryError) as error:
-            if not isinstance(error, (SyncError, native.NativeError)):
+            if not isinstance(error, (SyncError, native.NativeError, MemoryError, *native.expected_errors())):
                 traceback.print_exc()
             if type(error).__name__ == "DeviceLost":  # the core's; a new context is needed to go on
                 kept.drop_all()
@@ -102,6 +102,7 @@ def export(engine, depsgraph) -> Job:
         raise SyncError("The render border is empty: it covers no pixel")
     engine.update_stats("", "Loading the core")
     context = native.context(*render_settings.device_choice(scene, preferences.chosen_device(), given))
+    context.set_memory_limit((given.memory_limit or 0) << 20 or preferences.memory_limit())
     key = _key(depsgraph)
     persistent, again = scene.render.use_persistent_data, engine.is_animation
     if not (again or persistent):

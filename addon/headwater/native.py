@@ -32,6 +32,12 @@ def core():
     return _core
 
 
+def expected_errors() -> tuple:
+    """Types of the core's errors whose text is meant for the artist: bad scene data, and what the device can't do."""
+    names = ("SceneError", "DeviceError")
+    return tuple(getattr(_core, name) for name in names if hasattr(_core, name))
+
+
 def failure() -> str:
     """Why the core did not load, or an empty text. Tries to load it."""
     try:

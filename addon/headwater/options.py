@@ -7,6 +7,7 @@
 --headwater-tracer NAME    auto, ray_query or embree
 --headwater-samples N      samples a pixel, instead of the scene's
 --headwater-threads N      host threads
+--headwater-memory-limit N most device memory in MiB, instead of the preference
 --headwater-stats FILE     one JSON object a line for each frame and view layer, appended
 --headwater-strict         a failed render makes the process exit with status 1
 """
@@ -24,6 +25,7 @@ class Options:
     tracer: str | None = None
     samples: int | None = None
     threads: int | None = None
+    memory_limit: int | None = None
     stats: str | None = None
     strict: bool = False
 
@@ -47,6 +49,7 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument("--headwater-tracer", dest="tracer", choices=("auto", "ray_query", "ray_pipeline", "embree"))
     parser.add_argument("--headwater-samples", dest="samples", type=_positive)
     parser.add_argument("--headwater-threads", dest="threads", type=_positive)
+    parser.add_argument("--headwater-memory-limit", dest="memory_limit", type=_positive)
     parser.add_argument("--headwater-stats", dest="stats")
     parser.add_argument("--headwater-strict", dest="strict", action="store_true")
     known, _ = parser.parse_known_args(arguments)

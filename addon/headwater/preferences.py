@@ -2,7 +2,7 @@
 """Preferences: the device that renders, and why the core cannot be used when it cannot."""
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import EnumProperty, IntProperty
 
 from . import native
 
@@ -32,6 +32,14 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     device: EnumProperty(name="Device", description="Device that renders", items=_device_items)
+    memory_limit: IntProperty(
+        name="Memory Limit",
+        description="Most device memory in MiB that a render may take; one that needs more ends with an error. "
+        "0: no limit",
+        default=0,
+        min=0,
+        soft_max=1 << 16,
+    )
 
     def draw(self, _context):
         layout = self.layout
@@ -44,6 +52,7 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
                 column.label(text=line, icon="ERROR" if line == why else "NONE")
             return
         layout.prop(self, "device")
+        layout.prop(self, "memory_limit")
         box = layout.box().column()
         found = native.devices()
         if not found:
@@ -65,10 +74,19 @@ def _wrapped(text: str, width: int = 100) -> list[str]:
     return [line for part in text.splitlines() for line in textwrap.wrap(part, width)] or [text]
 
 
+def _own():
+    addon = bpy.context.preferences.addons.get(__package__)
+    return getattr(addon, "preferences", None)
+
+
+def memory_limit() -> int:
+    """The most device memory a render may take, in bytes; 0: no limit."""
+    return getattr(_own(), "memory_limit", 0) << 20
+
+
 def chosen_device() -> str:
     """The preferred device's name; "" for the most able one, or where the add-on has no preferences."""
-    addon = bpy.context.preferences.addons.get(__package__)
-    device = getattr(getattr(addon, "preferences", None), "device", "AUTO")
+    device = getattr(_own(), "device", "AUTO")
     return "" if device in ("AUTO", "") else device
 
 
