@@ -45,7 +45,6 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   uint instance = hit.instance;
   uint mesh = instances.at[instance].mesh;
   float m[12] = instances.at[instance].object_to_world;
-  float inverse_m[12] = instances.at[instance].world_to_object;
   float sign_det = (instances.at[instance].flags & HW_INSTANCE_MIRRORED) != 0u ? -1.0 : 1.0;
   uint64_t normals = meshes.at[mesh].normals;
   uint64_t tri_corners = meshes.at[mesh].tri_corners;
@@ -66,11 +65,16 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   g.N = g.Ng;
   g.terminator_offset = vec3(0.0);
   if (normals != 0ul) {
+    // The transposed inverse times the determinant, from the columns: cheaper than loading the inverse.
+    vec3 column_x = vec3(m[0], m[4], m[8]), column_y = vec3(m[1], m[5], m[9]), column_z = vec3(m[2], m[6], m[10]);
+    vec3 cofactor_x = cross(column_y, column_z) * sign_det;
+    vec3 cofactor_y = cross(column_z, column_x) * sign_det;
+    vec3 cofactor_z = cross(column_x, column_y) * sign_det;
     Vec3Array n = Vec3Array(normals);
     vec3 o0 = n.at[c.x], o1 = n.at[c.y], o2 = n.at[c.z];
-    vec3 n0 = HW_TRANSFORM_TRANSPOSED(inverse_m, o0);
-    vec3 n1 = HW_TRANSFORM_TRANSPOSED(inverse_m, o1);
-    vec3 n2 = HW_TRANSFORM_TRANSPOSED(inverse_m, o2);
+    vec3 n0 = cofactor_x * o0.x + cofactor_y * o0.y + cofactor_z * o0.z;
+    vec3 n1 = cofactor_x * o1.x + cofactor_y * o1.y + cofactor_z * o1.z;
+    vec3 n2 = cofactor_x * o2.x + cofactor_y * o2.y + cofactor_z * o2.z;
     n0 *= inversesqrt(max(dot(n0, n0), 1e-30));
     n1 *= inversesqrt(max(dot(n1, n1), 1e-30));
     n2 *= inversesqrt(max(dot(n2, n2), 1e-30));

@@ -63,6 +63,11 @@ void met_lamp(uint path, PathState state, Ray ray, Hit hit) {
   bool visible;
   vec3 radiance = lamp_emission(lamp, from, ray.direction, t, pdf, visible);
   bool mis = state.mis_pdf > 0.0;
+  // A sphere is met twice by a ray that goes through it; it shines once.
+  bool sphere = lamp.type <= HW_LIGHT_SPOT && !lamp_sphere_is_disk(lamp);
+  vec3 out_of_center = ray.origin + ray.direction * hit.t - lamp.position;
+  bool from_inside = distance(from, lamp.position) < lamp.size_x;
+  if (sphere && !from_inside && dot(out_of_center, ray.direction) > 0.0) visible = false;
   bool counts = visible && (lamp.flags & light_visibility_bit(state.flags)) != 0u &&
                 ((lamp.flags & HW_LIGHT_USE_MIS) != 0u || !mis);
   float w = mis ? mis_power(state.mis_pdf, pdf * AliasTable(HW_ROOT.light_alias).at[index].pdf) : 1.0;

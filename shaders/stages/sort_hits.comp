@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sorts traced paths by what comes next: out_queue: those that met a surface; out_queue2: those that met a lamp or nothing.
+// A path past its last bounce ends here when the object it met neither emits nor lets light through: running its material
+// would find nothing.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/wave.glsl"
@@ -10,5 +12,14 @@ void main() {
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
   uint instance = HitArray(HW_FRAME.hits).at[path].instance;
-  queue_push(instance < HW_LAMP_INSTANCE ? push.out_queue : push.out_queue2, path);
+  bool surface = instance < HW_LAMP_INSTANCE;
+  uint flags = PathArray(HW_FRAME.paths).at[path].flags;
+  bool emission_only = (flags & HW_PATH_EMISSION_ONLY) != 0u;
+  if (surface && emission_only && (!HW_FEATURE_PASSES || (flags & HW_PATH_FEATURES_DONE) != 0u)) {
+    InstanceTable instances = InstanceTable(HW_ROOT.instances);
+    bool emits = instances.at[instance].light_offset != HW_NONE;
+    bool through = (instances.at[instance].mask & HW_MASK_SHADOW_TRANSPARENT) != 0u;
+    if (!emits && !through) return;
+  }
+  queue_push(surface ? push.out_queue : push.out_queue2, path);
 }

@@ -128,7 +128,8 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
     Closure c = HW_CLOSURE_AT(surface.closures, i);
     if (blurs) {
       closure_blur(c, blur_roughness);
-      HW_CLOSURE_AT(surface.closures, i) = c;
+      HW_CLOSURE_AT(surface.closures, i).alpha_x = c.alpha_x;
+      HW_CLOSURE_AT(surface.closures, i).alpha_y = c.alpha_y;
     }
     delta_only = delta_only && closure_is_singular(c);
   }
