@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
-#include <limits>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -162,14 +161,15 @@ class RayQueryTracer final : public Tracer {
     lamp_structure_.reset();
     lamp_table_.reset();
     must_rebuild_ = true;
-    if (lamps_.empty()) return;
+    const auto first =
+        std::find_if(lamps_.begin(), lamps_.end(), [](const LampShape& lamp) { return lamp.shape != HW_LAMP_SHAPE_NONE; });
+    if (first == lamps_.end()) return;
     std::vector<VkAabbPositionsKHR> boxes;
     for (const LampShape& lamp : lamps_) {
-      const vec3 low = lamp.center - lamp_half_extent(lamp), high = lamp.center + lamp_half_extent(lamp);
-      if (lamp.shape == HW_LAMP_SHAPE_NONE)  // an inactive box
-        boxes.push_back({std::numeric_limits<float>::quiet_NaN(), 0, 0, 0, 0, 0});
-      else
-        boxes.push_back({low.x, low.y, low.z, high.x, high.y, high.z});
+      // A lamp that is nothing gets a point inside another's box, and is never hit. Vulkan's own way to leave a box out,
+      // a NaN for its x, loses the other boxes too on lavapipe of Mesa 25.0.7.
+      const vec3 center = lamp.shape == HW_LAMP_SHAPE_NONE ? first->center : lamp.center, half = lamp_half_extent(lamp);
+      boxes.push_back({center.x - half.x, center.y - half.y, center.z - half.z, center.x + half.x, center.y + half.y, center.z + half.z});
     }
     const auto input = device_.upload(std::as_bytes(std::span(boxes)), "build: boxes of lamps");
     lamp_table_ = device_.upload(std::as_bytes(std::span(lamps_)), "lamp shapes");

@@ -7,8 +7,8 @@
 #include "../shared/portable.h"
 HW_NAMESPACE_BEGIN
 
-// World space, metres. The nearest t with tmin < t < tmax where the ray meets the lamp, from either side and from
-// inside; which sides emit is the shading stage's to say. Returns false and leaves `t` at tmax when there is none.
+// World space, metres. The nearest t with tmin < t < tmax where the ray meets the lamp: a sphere from outside or inside,
+// a rectangle or ellipse on the side that emits. Returns false and leaves `t` at tmax when there is none.
 HW_FN bool lamp_intersect(LampShape lamp, vec3 origin, vec3 direction, float tmin, float tmax, HW_OUT(float) t) {
   t = tmax;
   vec3 to_center = lamp.center - origin;
@@ -46,7 +46,7 @@ HW_FN bool lamp_intersect(LampShape lamp, vec3 origin, vec3 direction, float tmi
   vec3 normal = cross(lamp.axis_x, lamp.axis_y);
   float normal2 = dot(normal, normal);
   float facing = dot(direction, normal);
-  if (facing == 0.0f || !(normal2 > 0.0f)) return false;
+  if (!(facing > 0.0f && normal2 > 0.0f)) return false;
   float plane = dot(to_center, normal) / facing;
   if (!(plane > tmin && plane < tmax)) return false;
   vec3 p = direction * plane - to_center;
