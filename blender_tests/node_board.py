@@ -27,14 +27,15 @@ def positive(tree, socket):
     return node("MULTIPLY_ADD", node("SIGN", socket), -0.25, raised)
 
 
-def fill(cases: dict) -> dict:
+def fill(cases: dict, prepare=lambda: None) -> dict:
     """Builds the board in an emptied file. `cases`: name → function(tree, coordinate socket) → output socket.
 
-    Returns name → material.
+    `prepare` makes what they need in the emptied file. Returns name → material.
     """
     from node_cases import pixel_centres
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    prepare()
     materials = {}
     for name, build in cases.items():
         material = materials[name] = bpy.data.materials.new(name)

@@ -143,7 +143,7 @@ def _curve(kind, extend):
         for i, curve in enumerate(node.mapping.curves):
             curve.points.new(0.4, 0.7 - 0.1 * i)
         node.mapping.update()
-        wide = _spread(tree, co, scale=(1.6, 1.2, 1.0), location=(-0.3, -0.1, 0.2), rotation=(0, 0, 0))
+        wide = _spread(tree, co, scale=(1.6, 1.2, 1.0), location=(-0.31, -0.13, 0.2), rotation=(0, 0, 0))
         name = {"RGBCurve": "Color", "VectorCurve": "Vector", "FloatCurve": "Value"}[kind]
         value = _parts(tree, wide)[0] if kind == "FloatCurve" else wide
         return _feed(tree, node, {name: value}).outputs[0]

@@ -126,7 +126,9 @@ class _Section:
         imm = self._constants.table(e.imm) if isinstance(e.imm, Table) else e.imm
         if alpha is not None:
             d = self._register[id(alpha)]
-        self.rows.append((e.code | self._register[id(e)] << 8 | e.sub << 16, a | b << 16, c | d << 16, imm))
+        # Only where alpha is used is colour divided by it, as in Cycles.
+        sub = e.sub | (op.IMAGE_UNPREMULTIPLY if e.wants_alpha else 0)
+        self.rows.append((e.code | self._register[id(e)] << 8 | sub << 16, a | b << 16, c | d << 16, imm))
 
     def _closure(self, closure: Closure) -> None:
         self._closure_row(closure.code, closure.sub, closure.operands)

@@ -235,13 +235,11 @@ def image(
     interpolation: str,
     extension: str,
     *,
-    unpremultiply=False,
     box_blend=None,
     normal: Expr | None = None,
 ) -> Expr:
     """Colour of image `index` of the material's list. `box_blend`: of a box projection, with an object-space normal."""
     sub = INTERPOLATIONS[interpolation] | EXTENSIONS[extension] << 2
-    sub |= op.IMAGE_UNPREMULTIPLY if unpremultiply else 0
     if box_blend is not None:
         sub |= op.PROJECTION_BOX << 4 | round(max(0.0, min(1.0, box_blend)) * 255) << 8
     return g.make_varying(op.OP_IMAGE, co, g.zero if normal is None else normal, sub=sub, imm=index)

@@ -118,8 +118,6 @@ def _finish(img, pixels, is_float: bool, loaded: LoadedImage) -> LoadedImage:
         half = img.depth <= 16 * img.channels and float(np.abs(pixels).max(initial=0.0)) < 65504.0
         loaded.pixels = pixels.astype(np.float16) if half and img.depth else pixels
         return loaded
-    if premultiply:
-        pixels[..., :3] *= pixels[..., 3:]
     if not data and space not in _LINEAR and space not in _SRGB:
         loaded.notes.append(f"Image '{img.name}': colour space '{space}' is read as sRGB")
     loaded.srgb = not data and space not in _LINEAR
@@ -127,6 +125,9 @@ def _finish(img, pixels, is_float: bool, loaded: LoadedImage) -> LoadedImage:
     pixels *= 255.0
     pixels += 0.5
     loaded.pixels = pixels.astype(np.uint8)
+    if premultiply:  # rounding down, as Cycles
+        rgb, opacity = loaded.pixels[..., :3], loaded.pixels[..., 3:].astype(np.uint16)
+        rgb[...] = (rgb * opacity // 255).astype(np.uint8)
     if loaded.pixels.shape[2] == 4 and not alpha:
         loaded.pixels[..., 3] = 255
     return loaded

@@ -135,12 +135,6 @@ def brick(call):
     return _scalar(call, mortar, g.mix(bricks, values["Mortar"], mortar))
 
 
-def _alpha_asked(call) -> bool:
-    """Whether the node's Alpha is used: only then is colour divided by alpha, as in Cycles."""
-    alpha = call.node.outputs.get("Alpha")
-    return alpha is not None and alpha.is_linked
-
-
 def _sample(call, co, extension: str, box_blend=None):
     g, node = call.graph, call.node
     picture = node.image
@@ -158,7 +152,6 @@ def _sample(call, co, extension: str, box_blend=None):
         co,
         node.interpolation,
         extension,
-        unpremultiply=_alpha_asked(call),
         box_blend=box_blend,
         normal=normal,
     )
