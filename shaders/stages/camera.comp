@@ -28,6 +28,10 @@ void main() {
   if (camera.aperture_radius > 0.0) lens = sampler_2d(hash, index, HW_DIM_LENS, HW_FRAME.seed);
   Ray ray;
   camera_ray(camera, raster, lens, ray.origin, ray.direction, ray.tmin, ray.tmax);
+  // The ray starts on the near clip plane, as Cycles' does: its length is what Light Path > Ray Length reads.
+  ray.origin += ray.direction * ray.tmin;
+  ray.tmax -= ray.tmin;
+  ray.tmin = 0.0;
   ray.mask = HW_MASK_CAMERA | HW_MASK_LAMP;
   RayArray(HW_FRAME.rays).at[path] = ray;
 
