@@ -27,6 +27,7 @@ struct Commands::Impl {
   // Stage marks of this recording: the stage named runs from its query to the next mark's.
   struct Mark { std::string name; bool counts; };
   std::vector<Mark> marks;
+  std::uint32_t used_queries = kQueries;  // since their last reset
   std::string stage;
   bool stage_counts = false;  // begin_stage() was called and not yet counted
 
@@ -69,6 +70,7 @@ struct Commands::Impl {
     if (!use_queries() || stage.empty() || marks.size() + 1 >= kQueries) return;
     d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, static_cast<std::uint32_t>(marks.size()));
     marks.push_back({stage, stage_counts});
+    used_queries = static_cast<std::uint32_t>(marks.size()) + 1;  // and the one that ends it
     stage_counts = false;
   }
 
@@ -81,7 +83,8 @@ struct Commands::Impl {
     dirty = false;
     uniforms_bound = false;
     marks.clear();
-    if (queries) d.vk.vkCmdResetQueryPool(buffer, queries, 0, kQueries);
+    if (queries && used_queries) d.vk.vkCmdResetQueryPool(buffer, queries, 0, used_queries);
+    used_queries = 0;
     mark();
   }
 
