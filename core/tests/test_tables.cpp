@@ -256,6 +256,17 @@ TEST_CASE("tables: lights") {
   r.update();
   const Root& root = r.tables.root();
   CHECK(root.lamp_count == 3);
+  // A constant world is no light of the table; one with a program is, once its luminance is known.
+  CHECK(root.world_light == HW_NONE);
+  CHECK(root.light_count == 5);
+  CHECK(r.see.instance(1).light_offset == 3);
+  r.scene.upsert_material(2, material(0));
+  world.material = 2;
+  world.importance_width = 4;
+  r.scene.set_world(world);
+  r.update();
+  r.tables.set_world_luminance(std::vector<float>(8, 1.0f), 4, 2);
+  r.update();
   CHECK(root.sun_offset == 2);
   CHECK(root.sun_count == 1);
   CHECK(root.world_light == 3);
