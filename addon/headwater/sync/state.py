@@ -185,7 +185,11 @@ class _Frame:
         changed = self._updates.geometry_changed(obj_uid, parent_uid, obj.original.data.session_uid)
         slot_count = max(len(obj.material_slots), len(data.materials), 1)
         record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
-        if record is None:
+        if record is None and data.is_editmode:
+            # A file saved in edit mode: the data is a shell around the editor's mesh and has no arrays of its own.
+            record = state.meshes.upsert(key, obj.to_mesh(), slot_count, self._wanted, sync)
+            obj.to_mesh_clear()
+        elif record is None:
             record = state.meshes.upsert(key, data, slot_count, self._wanted, sync)
         return Group(
             "MESH",
