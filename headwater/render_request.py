@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `headwater render` was asked for, after parsing: the same for .blend and USD."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
 from headwater.errors import EXIT_USAGE, UserError
 from headwater.output import check_output, frame_path
@@ -70,6 +70,14 @@ class Request:
         )
         names += ("estimator", "lights", "no_clamp", "device", "tracer", "threads", "memory_limit", "engine", "autoexec")
         return cls(output=output, passes=passes, bounces=bounces, **{name: getattr(args, name) for name in names})
+
+    @classmethod
+    def blank(cls, file: str, **values) -> "Request":
+        """A request that leaves to the file what `values` do not name."""
+        given = dict.fromkeys(field.name for field in fields(cls))
+        given |= {"output": "", "exr_depth": "half", "bounces": {}, "no_clamp": False, "device": "", "tracer": "auto"}
+        given |= {"threads": 0, "engine": "headwater", "autoexec": False}
+        return cls(**(given | {"file": file} | values))
 
     @property
     def is_png(self) -> bool:

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`headwater bench-speed`: seconds of the same .blend by Headwater and by Cycles, in one run.
+
+Each measurement is a process of its own; the engines take turns, so that a machine that is busy for a while is busy for
+both. Seconds a sample are the difference quotient of renders with few and with many samples: loading, compiling and
+synchronizing are apart. Denoising, adaptive sampling and clamping are off; Cycles' light tree is on.
+"""
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+from headwater.errors import EXIT_FAILED, EXIT_USAGE, UserError
+from headwater.render import BLEND, TRACERS, check_file, natural, positive, size
+
+ENGINES = ("headwater", "cycles")
+MODES = ("stills", "keyframes", "script")
+_COLUMNS = (
+    ("sample_seconds", "s/sample", "{:.3f}"),
+    ("sample_cpu_seconds", "CPU s/sample", "{:.3f}"),
+    ("sync_build_seconds", "sync+build s", "{:.3f}"),
+    ("first_image_seconds", "first image s", "{:.1f}"),
+    ("first_image_cpu_seconds", "CPU s", "{:.1f}"),
+    ("peak_mib", "peak MiB", "{:.0f}"),
+)
+
+
+def add_arguments(parser) -> None:
+    """Options of the subcommand."""
+    add = parser.add_argument
+    add("files", nargs="+", metavar="FILE", help=".blend files")
+    add("--size", type=size, default=(640, 360), metavar="WxH")
+    add("--samples", type=positive, nargs=2, default=(2, 10), metavar=("FEW", "MANY"))
+    add("--rounds", type=positive, default=2, help="renders with few and many samples in each process")
+    add("--repeats", type=positive, default=3, help="processes of each engine; medians count")
+    add("--max-bounces", type=natural, default=0, metavar="N", help="0: direct light only (default)")
+    add("--threads", type=natural, default=0, help="0: all")
+    add("--device", default="", metavar="NAME", help="of Headwater")
+    add("--tracer", choices=TRACERS, default="auto", help="of Headwater")
+    add("--cold", action="store_true", help="an empty cache folder for every process: no compiled kernels are found")
+    add("--mode", choices=MODES, default="stills", help="keyframes, script: frames between which one object moves")
+    add("--frames", type=positive, default=3, help="frames of the modes keyframes and script")
+    add("--move", default="", metavar="OBJECT", help="which object moves (default: the last mesh)")
+    add("--persistent", action="store_true", help="persistent data between frames (script: always)")
+    add("--max-ratio", type=float, metavar="X", help="fail when ours/Cycles' seconds a sample is larger")
+    add("--timeout", type=positive, default=1800, help="seconds a process may take")
+    add("--json", metavar="OUT.json", help="write all measurements")
+
+
+def run(args) -> int:
+    """Runs the subcommand."""
+    for file in args.files:
+        check_file(file)
+        if not file.endswith(BLEND):
+            raise UserError(f"'{file}' is not a .blend file", EXIT_USAGE)
+    if args.samples[0] >= args.samples[1]:
+        raise UserError("--samples: FEW must be less than MANY", EXIT_USAGE)
+    report = {"machine": _machine(), "settings": _settings(args), "files": []}
+    failed = False
+    for file in args.files:
+        results = {engine: [] for engine in ENGINES}
+        for repeat in range(args.repeats):
+            for engine in ENGINES if repeat % 2 == 0 else reversed(ENGINES):
+                results[engine].append(_measure(args, file, engine))
+                print(".", end="", file=sys.stderr, flush=True)
+        print(file=sys.stderr)
+        entry = {"file": os.path.basename(file), "processes": results}
+        if args.mode == "stills":
+            entry |= {engine: _stills_summary(results[engine], args.samples) for engine in ENGINES}
+            ratio = _print_stills(entry)
+            failed = failed or (args.max_ratio is not None and not ratio <= args.max_ratio)
+        else:
+            entry |= {engine: _frames_summary(results[engine]) for engine in ENGINES}
+            _print_frames(entry)
+        report["files"].append(entry)
+    report["machine"]["load_after"] = os.getloadavg()
+    if args.json:
+        with open(args.json, "w", encoding="utf-8") as out:
+            json.dump(report, out, indent=1)
+    return EXIT_FAILED if failed else 0
+
+
+def _machine() -> dict:
+    cpu = ""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            cpu = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), "")
+    except OSError:
+        pass
+    return {"cpu": cpu, "cores": os.cpu_count(), "load_before": os.getloadavg()}
+
+
+def _settings(args) -> dict:
+    names = ("size", "samples", "rounds", "repeats", "max_bounces", "threads", "device", "tracer", "cold", "mode")
+    return {name: getattr(args, name) for name in (*names, "frames", "move", "persistent")}
+
+
+def _measure(args, file: str, engine: str) -> dict:
+    """One process. Raises UserError with its reason when it failed."""
+    bounces = dict.fromkeys(
+        ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"), args.max_bounces
+    )
+    job = {
+        "file": os.path.abspath(file),
+        "engine": engine,
+        "size": args.size,
+        "samples": args.samples,
+        "rounds": args.rounds,
+        "threads": args.threads,
+        "bounces": bounces,
+        "device": args.device,
+        "tracer": args.tracer,
+        "mode": args.mode,
+        "frames": args.frames,
+        "move": args.move,
+        "persistent": args.persistent or args.mode == "script",
+    }
+    environment = dict(os.environ)
+    package_root = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, (package_root, environment.get("PYTHONPATH"))))
+    if args.threads:
+        environment["LP_NUM_THREADS"] = str(args.threads)  # lavapipe's own threads
+    with tempfile.TemporaryDirectory(prefix="headwater-bench-") as folder:
+        if args.cold:
+            environment["XDG_CACHE_HOME"] = os.path.join(folder, "cache")
+            environment.pop("MESA_SHADER_CACHE_DIR", None)
+        job_path, result_path, log_path = (os.path.join(folder, n) for n in ("job.json", "result.json", "log"))
+        with open(job_path, "w", encoding="utf-8") as out:
+            json.dump(job, out)
+        started = time.time()
+        with open(log_path, "wb") as log:
+            command = [sys.executable, "-m", "headwater.bench_speed_worker", job_path, result_path]
+            try:
+                status = subprocess.run(
+                    command, env=environment, stdout=log, stderr=log, timeout=args.timeout, check=False
+                ).returncode
+            except subprocess.TimeoutExpired:
+                raise UserError(f"'{file}' by {engine}: more than {args.timeout} s") from None
+        if not os.path.exists(result_path):
+            with open(log_path, encoding="utf-8", errors="replace") as log:
+                last = [line.strip() for line in log if line.strip()][-1:]
+            raise UserError(f"'{file}' by {engine}: the process ended with status {status}: {''.join(last)}")
+        with open(result_path, encoding="utf-8") as file_in:
+            result = json.load(file_in)
+    if "error" in result:
+        raise UserError(f"'{file}' by {engine}: {result['error']}")
+    result["first_image_seconds"] = result["renders"][0]["ended_at"] - started
+    return result
+
+
+def _per_sample(process: dict, key: str, samples) -> float:
+    few, many = samples
+    cost = {
+        count: statistics.median(r[key] for r in process["renders"][1:] if r["samples"] == count) for count in samples
+    }
+    return (cost[many] - cost[few]) / (many - few)
+
+
+def _stills_summary(processes: list, samples) -> dict:
+    """Medians over processes; the first picture of each is kept apart from the others."""
+    median = statistics.median
+    summary = {
+        "sample_seconds": median(_per_sample(p, "seconds", samples) for p in processes),
+        "sample_cpu_seconds": median(_per_sample(p, "cpu_seconds", samples) for p in processes),
+        "sync_build_seconds": median(r["sync_build_seconds"] for p in processes for r in p["renders"][1:]),
+        "first_image_seconds": median(p["first_image_seconds"] for p in processes),
+        "first_image_cpu_seconds": median(p["renders"][0]["cpu_seconds"] for p in processes),
+        "peak_mib": median(p["peak_rss_bytes"] for p in processes) / 2**20,
+    }
+    stages = [
+        r["core"]["stages"] for p in processes for r in p["renders"] if "core" in r and r["samples"] == samples[1]
+    ]
+    if stages:
+        summary["stage_seconds_per_sample"] = {
+            name: median(s.get(name, 0.0) for s in stages) / samples[1] for name in stages[0]
+        }
+    return summary
+
+
+def _frames_summary(processes: list) -> dict:
+    frames = zip(*(p["renders"] for p in processes), strict=True)
+    return {"sync_build_seconds": [statistics.median(r["sync_build_seconds"] for r in frame) for frame in frames]}
+
+
+def _print_stills(entry: dict) -> float:
+    """The table of one file. Returns ours / Cycles' seconds a sample."""
+    print(entry["file"])
+    rows = [["", *(title for _, title, _ in _COLUMNS)]]
+    for engine in ENGINES:
+        rows.append([engine, *(form.format(entry[engine][key]) for key, _, form in _COLUMNS)])
+    ratios = {key: entry["headwater"][key] / max(entry["cycles"][key], 1e-9) for key, _, _ in _COLUMNS}
+    entry["ratio"] = ratios
+    rows.append(["ratio", *(f"{ratios[key]:.3f}" for key, _, _ in _COLUMNS)])
+    _print_table(rows)
+    return ratios["sample_seconds"]
+
+
+def _print_frames(entry: dict) -> None:
+    print(entry["file"])
+    count = len(entry["headwater"]["sync_build_seconds"])
+    rows = [["sync+build s", *(f"frame {n + 1}" for n in range(count)), "frame 2 / frame 1"]]
+    for engine in ENGINES:
+        seconds = entry[engine]["sync_build_seconds"]
+        share = seconds[1] / seconds[0] if count > 1 else float("nan")
+        rows.append([engine, *(f"{s:.4f}" for s in seconds), f"{share:.2%}"])
+    _print_table(rows)
+
+
+def _print_table(rows) -> None:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    for label, *cells in rows:
+        print("  ".join([label.ljust(widths[0]), *(c.rjust(w) for c, w in zip(cells, widths[1:], strict=True))]))

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the .blend files that `headwater bench-speed` and the measurement pages use.
+
+    python scenes/benchmark/make_benchmark.py heads   -o heads-4.blend       --lights 4
+    python scenes/benchmark/make_benchmark.py streets -o streets-1000.blend  --lights 1000
+    python scenes/benchmark/make_benchmark.py rooms   -o rooms-1000.blend    --lights 1000
+
+Runs in bpy. Everything, pictures too, is made here and packed. The same arguments make the same scene. Frame 2 differs
+from frame 1 in the place of one object (keyframes), to measure what a small change costs.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import heads
+import rooms
+import streets
+
+KINDS = {"heads": (heads.build, 4), "streets": (streets.build, 1000), "rooms": (rooms.build, 1000)}
+
+
+def make(kind: str, lights: int | None = None, size=(640, 360), seed: int = 1) -> None:
+    """Builds a scene in an empty bpy session."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.name = kind.title()
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.frame_start, scene.frame_end = 1, 2
+    build, default = KINDS[kind]
+    build(scene, default if lights is None else lights, seed)
+    scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+    scene.cycles.sample_clamp_indirect = 0.0
+    moved = next(o for o in reversed(scene.objects) if o.type == "MESH")
+    moved.keyframe_insert("location", frame=1)
+    moved.location.x += 0.3
+    moved.keyframe_insert("location", frame=2)
+    scene.frame_set(1)
+
+
+def main() -> int:
+    """Parses the command line, makes the scene and saves it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("kind", choices=list(KINDS))
+    parser.add_argument("-o", "--output", required=True, metavar="FILE.blend")
+    parser.add_argument("--lights", type=int, metavar="N", help="lamps, or emissive spheres in rooms")
+    parser.add_argument("--size", default="640x360", metavar="WxH")
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else None)
+    if args.lights is not None and args.lights < 0:
+        parser.error("--lights must not be negative")
+    try:
+        width, height = (int(n) for n in args.size.lower().split("x"))
+    except ValueError:
+        parser.error(f"'{args.size}' is no size WxH")
+    started = time.perf_counter()
+    make(args.kind, args.lights, (width, height), args.seed)
+    output = Path(args.output).resolve()
+    output.parent.mkdir(parents=True, exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(output), compress=True)
+    print(f"{output}  {len(bpy.data.objects)} objects  {time.perf_counter() - started:.1f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
