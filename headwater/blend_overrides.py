@@ -128,7 +128,9 @@ def has_only_combined(scene) -> bool:
     if len(layers) != 1 or scene.render.use_multiview:
         return False
     layer = layers[0]
-    switches = [name for name in dir(layer) if name.startswith("use_pass_") and name != "use_pass_combined"]
+    # Cryptomatte's accuracy is a setting among the switches, on by default: it asks for no pass.
+    not_a_pass = ("use_pass_combined", "use_pass_cryptomatte_accurate")
+    switches = [name for name in dir(layer) if name.startswith("use_pass_") and name not in not_a_pass]
     extra = any(getattr(layer, name) for name in switches) or len(layer.aovs) or len(layer.lightgroups)
     denoising = getattr(getattr(layer, "cycles", None), "denoising_store_passes", False)
     own = getattr(getattr(layer, "headwater", None), "use_pass_denoising", False)
