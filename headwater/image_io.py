@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from headwater.errors import UserError, first_line
+from headwater.exr_structure import MAGIC, exr_damage
 from headwater.output import atomic_path
 from headwater.quiet import captured_output
 
@@ -76,8 +77,10 @@ def read_exr(path: str) -> ExrFile:
         raise UserError(f"'{path}': {'is a folder' if os.path.isdir(path) else 'no such file'}")
     try:
         with open(path, "rb") as file:
-            if file.read(4) != b"\x76\x2f\x31\x01":
+            if file.read(4) != MAGIC:
                 raise UserError(f"'{path}' is not an EXR file")
+        if damage := exr_damage(path):
+            raise UserError(f"'{path}' is damaged or truncated: {damage}")
         for part in openexr.File(path, separate_channels=True, header_only=True).parts:
             lower, upper = part.header["dataWindow"]
             width, height = (int(upper[i]) - int(lower[i]) + 1 for i in (0, 1))

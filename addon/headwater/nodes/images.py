@@ -12,8 +12,11 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from headwater.exr_structure import exr_damage
+
 _LINEAR = {"Linear Rec.709", "Linear", "scene_linear", "Raw", "Non-Color", "Generic Data"}
 _SRGB = {"sRGB", "Filmic sRGB", "AgX Base sRGB"}
+_PIECE = 1 << 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +57,11 @@ def load_pixels(request: ImageRequest) -> LoadedImage:
             return _load_sequence(request, loaded)
         if img.source == "MOVIE":
             loaded.notes.append(f"Image '{img.name}': movies are not supported; the loaded frame is used")
+        if damage := _exr_damage(img):
+            loaded.notes.append(f"Image '{img.name}': it can't be read: {damage} ({img.filepath or 'packed'})")
+            return loaded
         pixels = _read(img)
-    except (RuntimeError, ValueError, MemoryError) as error:
+    except (OSError, RuntimeError, ValueError, MemoryError) as error:
         loaded.notes.append(f"Image '{img.name}': it can't be read ({error})")
         return loaded
     if pixels is None:
@@ -63,6 +69,17 @@ def load_pixels(request: ImageRequest) -> LoadedImage:
         loaded.notes.append(f"Image '{img.name}': it is missing or can't be read ({path})")
         return loaded
     return _finish(img, pixels, img.is_float, loaded)
+
+
+def _exr_damage(img) -> str:
+    """What is wrong with the EXR that Blender is about to load; its reader crashes on some truncated ones (5.0.1)."""
+    if img.has_data or img.source not in ("FILE", "TILED"):
+        return ""
+    if img.packed_file is not None:
+        return exr_damage(img.packed_file.data)
+    path = bpy.path.abspath(img.filepath, library=img.library)
+    tiles = [path.replace("<UDIM>", str(tile.number)) for tile in img.tiles] if img.source == "TILED" else [path]
+    return next((damage for tile in tiles if os.path.isfile(tile) and (damage := exr_damage(tile))), "")
 
 
 def _read(img):
@@ -121,13 +138,24 @@ def _finish(img, pixels, is_float: bool, loaded: LoadedImage) -> LoadedImage:
     if not data and space not in _LINEAR and space not in _SRGB:
         loaded.notes.append(f"Image '{img.name}': colour space '{space}' is read as sRGB")
     loaded.srgb = not data and space not in _LINEAR
-    np.clip(pixels, 0.0, 1.0, out=pixels)
-    pixels *= 255.0
-    pixels += 0.5
-    loaded.pixels = pixels.astype(np.uint8)
-    if premultiply:  # rounding down, as Cycles
+    loaded.pixels = to_bytes(pixels)
+    if premultiply and loaded.pixels[..., 3].min(initial=255) < 255:  # rounding down, as Cycles
         rgb, opacity = loaded.pixels[..., :3], loaded.pixels[..., 3:].astype(np.uint16)
         rgb[...] = (rgb * opacity // 255).astype(np.uint8)
     if loaded.pixels.shape[2] == 4 and not alpha:
         loaded.pixels[..., 3] = 255
     return loaded
+
+
+def to_bytes(pixels: np.ndarray) -> np.ndarray:
+    """Contiguous float32 from 0 to 1 as the nearest bytes, in pieces that stay in a core's cache."""
+    flat = pixels.reshape(-1)
+    found = np.empty(flat.shape, np.uint8)
+    scaled = np.empty(min(len(flat), _PIECE), np.float32)
+    for start in range(0, len(flat), _PIECE):
+        piece = flat[start : start + _PIECE]
+        work = scaled[: len(piece)]
+        np.multiply(piece, np.float32(255.0), out=work)
+        work += np.float32(0.5)
+        np.copyto(found[start : start + _PIECE], work, casting="unsafe")
+    return found.reshape(pixels.shape)
