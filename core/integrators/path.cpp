@@ -71,7 +71,6 @@ bool PathIntegrator::trace_transparent_shadows(Commands& commands) {
   std::swap(w.shadow_queue, w.shadow_next);
   const std::uint32_t rounds = context_.settings.transparent_bounces + 1;
   for (std::uint32_t round = 0; round <= rounds; ++round) {
-    commands.begin_stage("trace transparent shadow");
     context_.tracer.closest(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
     commands.begin_stage("shadow surface");
     Push push{.queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
@@ -95,7 +94,6 @@ bool PathIntegrator::render(Commands& commands) {
   Push push{.out_queue = w.active->address()};
   commands.dispatch(camera_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
   prepare(commands, w.active.get(), kCamera, w.next.get());
-  commands.begin_stage("trace camera");
   tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
 
   for (int step = 0;; ++step) {
@@ -119,10 +117,8 @@ bool PathIntegrator::render(Commands& commands) {
     prepare(commands, w.shadow_queue.get(), kShadow, w.active.get(), nullptr);
     prepare(commands, w.next.get(), kIndirect, nullptr);
 
-    commands.begin_stage("trace shadow");
     const TraceArgs shadow{&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_hits.get(), w.capacity()};
     tracer.any(commands, shadow);
-    commands.begin_stage("trace bounce");
     tracer.closest(commands, {&w.next->buffer, w.rays.get(), w.hits.get(), w.capacity()});
 
     // Shadow results are taken while the queue still lists every shadow ray of this step.
