@@ -25,7 +25,10 @@ struct Commands::Impl {
   bool dirty = false;  // something was recorded that the next command must wait for
 
   // Stage marks of this recording: the stage named runs from its query to the next mark's.
-  struct Mark { std::string name; bool counts; };
+  struct Mark {
+    std::string name;
+    bool counts;
+  };
   std::vector<Mark> marks;
   std::uint32_t used_queries = kQueries;  // since their last reset
   std::string stage;
@@ -68,7 +71,8 @@ struct Commands::Impl {
 
   void mark() {
     if (!use_queries() || stage.empty() || marks.size() + 1 >= kQueries) return;
-    d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, static_cast<std::uint32_t>(marks.size()));
+    d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries,
+                             static_cast<std::uint32_t>(marks.size()));
     marks.push_back({stage, stage_counts});
     used_queries = static_cast<std::uint32_t>(marks.size()) + 1;  // and the one that ends it
     stage_counts = false;
@@ -144,7 +148,8 @@ struct Commands::Impl {
 
   void bind(const Kernel& kernel, std::span<const std::byte> push) {
     if (push.size() > 128 || push.size() % 4 != 0)
-      throw DeviceError("Kernel \"" + kernel.name() + "\": push constants are at most 128 bytes and a multiple of 4, not " +
+      throw DeviceError("Kernel \"" + kernel.name() +
+                        "\": push constants are at most 128 bytes and a multiple of 4, not " +
                         std::to_string(push.size()) + ".");
     d.vk.vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
     if (uniforms && !uniforms_bound) {
@@ -152,13 +157,15 @@ struct Commands::Impl {
       uniforms_bound = true;
     }
     if (!push.empty())
-      d.vk.vkCmdPushConstants(buffer, d.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<std::uint32_t>(push.size()), push.data());
+      d.vk.vkCmdPushConstants(buffer, d.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, static_cast<std::uint32_t>(push.size()),
+                              push.data());
   }
 
   void flush() {
     if (!recording) return;
     if (!marks.empty())
-      d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, static_cast<std::uint32_t>(marks.size()));
+      d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries,
+                               static_cast<std::uint32_t>(marks.size()));
     if (dirty) barrier(VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT | VK_ACCESS_HOST_WRITE_BIT);
     recording = false;
     dirty = false;
@@ -190,11 +197,12 @@ struct Commands::Impl {
     if (!marks.empty()) {
       std::vector<std::uint64_t> ticks(marks.size() + 1);
       const VkResult result =
-          d.vk.vkGetQueryPoolResults(d.device, queries, 0, static_cast<std::uint32_t>(ticks.size()), 8 * ticks.size(), ticks.data(),
-                                     8, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+          d.vk.vkGetQueryPoolResults(d.device, queries, 0, static_cast<std::uint32_t>(ticks.size()), 8 * ticks.size(),
+                                     ticks.data(), 8, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
       if (result == VK_SUCCESS)
         for (std::size_t i = 0; i < marks.size(); ++i)
-          d.add_stage_time(marks[i].name, static_cast<double>((ticks[i + 1] - ticks[i]) & d.timestamp_mask) * d.timestamp_seconds,
+          d.add_stage_time(marks[i].name,
+                           static_cast<double>((ticks[i + 1] - ticks[i]) & d.timestamp_mask) * d.timestamp_seconds,
                            marks[i].counts);
       marks.clear();
     } else if (d.stage_timing && !queries && !stage.empty()) {
@@ -212,20 +220,23 @@ void Commands::set_uniforms(const Buffer& root, const Buffer& frame) { impl_->se
 void Commands::dispatch(const Kernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x) {
   if (groups_x == 0) return;
   if (groups_x > impl_->d.max_groups)
-    throw DeviceError("Kernel \"" + kernel.name() + "\": " + std::to_string(groups_x) + " workgroups are more than the " +
-                      std::to_string(impl_->d.max_groups) + " that " + impl_->d.physical.info.name + " can run at once.");
+    throw DeviceError("Kernel \"" + kernel.name() + "\": " + std::to_string(groups_x) +
+                      " workgroups are more than the " + std::to_string(impl_->d.max_groups) + " that " +
+                      impl_->d.physical.info.name + " can run at once.");
   impl_->next();
   impl_->bind(kernel, push);
   impl_->d.vk.vkCmdDispatch(impl_->buffer, groups_x, 1, 1);
 }
 
-void Commands::dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue, std::size_t offset) {
+void Commands::dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue,
+                                 std::size_t offset) {
   impl_->next();
   impl_->bind(kernel, push);
   impl_->d.vk.vkCmdDispatchIndirect(impl_->buffer, queue.handle(), offset);
 }
 
-void Commands::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset, std::size_t bytes) {
+void Commands::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
+                    std::size_t bytes) {
   if (bytes == 0) return;
   impl_->next();
   const VkBufferCopy region{from_offset, to_offset, bytes};

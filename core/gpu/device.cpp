@@ -20,7 +20,8 @@ std::string lower(std::string text) {
 
 bool matches(const PhysicalDevice& device, std::size_t index, const std::string& wanted) {
   if (wanted.empty()) return true;
-  if (wanted == "gpu") return device.info.kind == "discrete" || device.info.kind == "integrated" || device.info.kind == "virtual";
+  if (wanted == "gpu")
+    return device.info.kind == "discrete" || device.info.kind == "integrated" || device.info.kind == "virtual";
   if (wanted == device.info.kind) return true;
   if (wanted == std::to_string(index)) return true;
   return lower(device.info.name).find(wanted) != std::string::npos;
@@ -39,7 +40,8 @@ std::string describe_all(const std::vector<PhysicalDevice>& devices) {
 PhysicalDevice choose(const std::vector<PhysicalDevice>& devices, const std::string& name) {
   if (devices.empty())
     throw DeviceError(
-        "This machine has no Vulkan device: install a driver for its GPU or, to render on the CPU, lavapipe (on Debian: "
+        "This machine has no Vulkan device: install a driver for its GPU or, to render on the CPU, lavapipe (on "
+        "Debian: "
         "mesa-vulkan-drivers).");
   const std::string wanted = lower(name);
   const PhysicalDevice* unusable = nullptr;
@@ -97,16 +99,26 @@ VkDevice make_device(const PhysicalDevice& physical) {
 
 const char* result_name(VkResult result) {
   switch (result) {
-    case VK_ERROR_OUT_OF_HOST_MEMORY: return "out of host memory";
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY: return "out of device memory";
-    case VK_ERROR_INITIALIZATION_FAILED: return "initialization failed";
-    case VK_ERROR_DEVICE_LOST: return "device lost";
-    case VK_ERROR_LAYER_NOT_PRESENT: return "layer not present";
-    case VK_ERROR_EXTENSION_NOT_PRESENT: return "extension not present";
-    case VK_ERROR_FEATURE_NOT_PRESENT: return "feature not present";
-    case VK_ERROR_INCOMPATIBLE_DRIVER: return "incompatible driver";
-    case VK_ERROR_TOO_MANY_OBJECTS: return "too many objects";
-    default: return "unknown error";
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+      return "out of host memory";
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+      return "out of device memory";
+    case VK_ERROR_INITIALIZATION_FAILED:
+      return "initialization failed";
+    case VK_ERROR_DEVICE_LOST:
+      return "device lost";
+    case VK_ERROR_LAYER_NOT_PRESENT:
+      return "layer not present";
+    case VK_ERROR_EXTENSION_NOT_PRESENT:
+      return "extension not present";
+    case VK_ERROR_FEATURE_NOT_PRESENT:
+      return "feature not present";
+    case VK_ERROR_INCOMPATIBLE_DRIVER:
+      return "incompatible driver";
+    case VK_ERROR_TOO_MANY_OBJECTS:
+      return "too many objects";
+    default:
+      return "unknown error";
   }
 }
 
@@ -114,7 +126,8 @@ void check(VkResult result, const std::string& what) {
   if (result >= 0) return;
   const std::string text = what + " failed: " + result_name(result) + " (VkResult " + std::to_string(result) + ").";
   if (result == VK_ERROR_DEVICE_LOST)
-    throw DeviceLost(text + " The driver gave up on the device (a hang, a reset, or it was unplugged); start the render again.");
+    throw DeviceLost(
+        text + " The driver gave up on the device (a hang, a reset, or it was unplugged); start the render again.");
   if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY) throw OutOfMemory(text);
   throw DeviceError(text);
 }
@@ -161,7 +174,8 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
   d.timestamp_mask = bits >= 64 ? ~0ull : (1ull << bits) - 1;
   d.stage_timing = d.timestamps;
 
-  const bool unified = d.physical.type == VK_PHYSICAL_DEVICE_TYPE_CPU || d.physical.type == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
+  const bool unified =
+      d.physical.type == VK_PHYSICAL_DEVICE_TYPE_CPU || d.physical.type == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
   constexpr VkMemoryPropertyFlags kShared =
       VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT | VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
   for (std::uint32_t i = 0; i < d.memory_properties.memoryTypeCount; ++i)

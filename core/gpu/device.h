@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thin Vulkan: one instance and device of our own, buffers by address, compute pipelines, one submission at a time.
-// Tables are reached by address; two structs that hold those addresses, the scene's root and the frame's parameters, are
-// uniform buffers 0 and 1 of descriptor set 0.
+// Tables are reached by address; two structs that hold those addresses, the scene's root and the frame's parameters,
+// are uniform buffers 0 and 1 of descriptor set 0.
 #pragma once
+
+#include <volk.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -15,26 +17,30 @@
 #include <utility>
 #include <vector>
 
-#include <volk.h>
-
 namespace hw {
 
 struct DeviceInfo {
-  std::string name;            // as the driver says it
-  std::string driver;          // name and version
-  std::string kind;            // "discrete", "integrated", "cpu", "virtual", "other"
+  std::string name;    // as the driver says it
+  std::string driver;  // name and version
+  std::string kind;    // "discrete", "integrated", "cpu", "virtual", "other"
   std::uint32_t api_major = 0, api_minor = 0;
   std::uint64_t memory_bytes = 0;
-  bool usable = false;         // has all that Headwater needs
-  std::string why_not;         // when not usable: what is missing, in a sentence
+  bool usable = false;  // has all that Headwater needs
+  std::string why_not;  // when not usable: what is missing, in a sentence
   bool ray_query = false;
   bool ray_pipeline = false;
 };
 
 // Errors a user can act on. DeviceLost and OutOfMemory end the render; the session can be built again.
-struct DeviceError : std::runtime_error { using std::runtime_error::runtime_error; };
-struct DeviceLost : DeviceError { using DeviceError::DeviceError; };
-struct OutOfMemory : DeviceError { using DeviceError::DeviceError; };
+struct DeviceError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+struct DeviceLost : DeviceError {
+  using DeviceError::DeviceError;
+};
+struct OutOfMemory : DeviceError {
+  using DeviceError::DeviceError;
+};
 
 // All Vulkan devices of the machine, best first (discrete, integrated, virtual, cpu). Never throws: an empty list and
 // `loader_error` when there is no Vulkan loader or driver at all.
@@ -60,7 +66,10 @@ class Buffer {
   VkDeviceAddress address() const { return address_; }
   VkBuffer handle() const { return buffer_; }
   void* mapped() const { return mapped_; }
-  template <class T> T* as() const { return static_cast<T*>(mapped_); }
+  template <class T>
+  T* as() const {
+    return static_cast<T*>(mapped_);
+  }
 
  private:
   Device& device_;
@@ -99,7 +108,8 @@ class Commands {
   // `push` is at most 128 bytes: what the stage needs besides the uniforms.
   void dispatch(const Kernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x);
   // Groups from a QueueHeader at `offset` in `queue`.
-  void dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue, std::size_t offset = 0);
+  void dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue,
+                         std::size_t offset = 0);
   void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset, std::size_t bytes);
   void fill(const Buffer& buffer, std::size_t offset, std::size_t bytes, std::uint32_t value);
   // For Tracers that record their own commands (acceleration structure builds).
@@ -112,7 +122,11 @@ class Commands {
   std::unique_ptr<Impl> impl_;
 };
 
-struct StageTime { std::string name; double seconds; std::uint64_t calls; };
+struct StageTime {
+  std::string name;
+  double seconds;
+  std::uint64_t calls;
+};
 
 class Device {
  public:
@@ -126,22 +140,22 @@ class Device {
   Device& operator=(const Device&) = delete;
 
   const DeviceInfo& info() const;
-  bool shared_memory() const;   // device buffers are mapped: the host sees them without a copy
+  bool shared_memory() const;  // device buffers are mapped: the host sees them without a copy
   VkDevice handle() const;
   VkPhysicalDevice physical() const;
   const VolkDeviceTable& vk() const;  // this device's functions; never call through volk's global pointers
   VkPipelineLayout pipeline_layout() const;
-  std::uint32_t max_groups() const;   // most workgroups one dispatch may have
-  std::uint64_t bytes_in_use() const; // by Buffers, as the driver rounds them
+  std::uint32_t max_groups() const;    // most workgroups one dispatch may have
+  std::uint64_t bytes_in_use() const;  // by Buffers, as the driver rounds them
   std::uint64_t peak_bytes() const;
-  void set_memory_limit(std::uint64_t bytes);   // a Buffer that would go past it throws OutOfMemory; 0: no limit
+  void set_memory_limit(std::uint64_t bytes);  // a Buffer that would go past it throws OutOfMemory; 0: no limit
   // Timing costs two timestamps a stage where the device has them; else each begin_stage() flushes. On by default
   // where there are timestamps.
   void set_stage_timing(bool on);
-  std::vector<StageTime> stage_times() const;   // since reset_stage_times()
+  std::vector<StageTime> stage_times() const;  // since reset_stage_times()
   void reset_stage_times();
   void add_stage_time(std::string_view name, double seconds);  // host stages report here
-  std::uint64_t validation_messages() const;    // counted when validation is on; each is printed to stderr
+  std::uint64_t validation_messages() const;  // counted when validation is on; each is printed to stderr
 
   // Convenience: a device buffer filled from host memory (through staging where memory is not shared).
   std::unique_ptr<Buffer> upload(std::span<const std::byte> data, std::string_view label);

@@ -87,7 +87,7 @@ struct Device::Impl {
   bool shared_memory = false;
   bool ray_query = false;
   bool timestamps = false;
-  double timestamp_seconds = 0;        // per tick
+  double timestamp_seconds = 0;  // per tick
   std::uint64_t timestamp_mask = ~0ull;
   std::atomic<bool> stage_timing{false};
   PFN_vkSetDebugUtilsObjectNameEXT set_name = nullptr;

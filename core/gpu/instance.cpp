@@ -25,7 +25,8 @@ void initialize_loader() {
   if (volkGetInstanceVersion() != 0) return;
   if (volkInitialize() != VK_SUCCESS)
     throw DeviceError(
-        "There is no Vulkan loader on this machine (libvulkan.so.1 was not found): install it (on Debian: libvulkan1) and " +
+        "There is no Vulkan loader on this machine (libvulkan.so.1 was not found): install it (on Debian: libvulkan1) "
+        "and " +
         std::string(kInstallHint) + ".");
 }
 
@@ -37,7 +38,8 @@ bool has_layer(const char* name) {
   return std::any_of(layers.begin(), layers.end(), [&](const auto& l) { return std::strcmp(l.layerName, name) == 0; });
 }
 
-VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT,
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                          VkDebugUtilsMessageTypeFlagsEXT,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
   static_cast<std::atomic<std::uint64_t>*>(user)->fetch_add(1);
   std::fprintf(stderr, "Vulkan validation %s: %s\n",
@@ -47,21 +49,31 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 
 const char* kind_of(VkPhysicalDeviceType type) {
   switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return "discrete";
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return "integrated";
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return "virtual";
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return "cpu";
-    default: return "other";
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return "discrete";
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return "integrated";
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return "virtual";
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return "cpu";
+    default:
+      return "other";
   }
 }
 
 int rank_of(VkPhysicalDeviceType type) {
   switch (type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return 0;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return 1;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return 2;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return 3;
-    default: return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 0;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 1;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 3;
+    default:
+      return 4;
   }
 }
 
@@ -118,9 +130,11 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
     return std::any_of(extensions.begin(), extensions.end(),
                        [&](const auto& e) { return std::strcmp(e.extensionName, name) == 0; });
   };
-  const bool structures = has(VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) && has(VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+  const bool structures =
+      has(VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME) && has(VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
 
-  VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipeline{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR};
+  VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipeline{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR};
   VkPhysicalDeviceRayQueryFeaturesKHR query{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
   VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{
       VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
@@ -128,7 +142,10 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
   VkPhysicalDeviceVulkan11Features f11{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, &f12};
   VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &f11};
   void** tail = &f12.pNext;
-  const auto chain = [&](auto& s) { *tail = &s; tail = &s.pNext; };
+  const auto chain = [&](auto& s) {
+    *tail = &s;
+    tail = &s.pNext;
+  };
   if (structures) chain(structure);
   if (structures && has(VK_KHR_RAY_QUERY_EXTENSION_NAME)) chain(query);
   if (structures && has(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME)) chain(pipeline);
@@ -175,7 +192,9 @@ Instance::Instance(bool validation, std::atomic<std::uint64_t>* messages) {
   std::lock_guard lock(loader_mutex());
   initialize_loader();
   if (volkGetInstanceVersion() < VK_API_VERSION_1_2)
-    throw DeviceError("The Vulkan loader of this machine is older than 1.2, which Headwater needs: update it (on Debian: libvulkan1).");
+    throw DeviceError(
+        "The Vulkan loader of this machine is older than 1.2, which Headwater needs: update it (on Debian: "
+        "libvulkan1).");
   std::vector<const char*> layers, extensions;
   if (validation) {
     if (!has_layer("VK_LAYER_KHRONOS_validation"))
@@ -187,9 +206,11 @@ Instance::Instance(bool validation, std::atomic<std::uint64_t>* messages) {
     debug_utils_ = true;
   }
   VkDebugUtilsMessengerCreateInfoEXT messenger{VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
-  messenger.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  messenger.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
   // Not the GENERAL type: the loader reports other people's broken drivers there.
-  messenger.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  messenger.messageType =
+      VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
   messenger.pfnUserCallback = on_message;
   messenger.pUserData = messages;
   VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
@@ -246,7 +267,8 @@ std::vector<DeviceInfo> list_devices(std::string* loader_error) {
   try {
     const Instance instance(false, nullptr);
     for (PhysicalDevice& device : physical_devices(instance)) result.push_back(std::move(device.info));
-    if (result.empty() && loader_error) *loader_error = "This machine has no Vulkan device: " + std::string(kInstallHint) + ".";
+    if (result.empty() && loader_error)
+      *loader_error = "This machine has no Vulkan device: " + std::string(kInstallHint) + ".";
   } catch (const std::exception& error) {
     if (loader_error) *loader_error = error.what();
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compute pipelines from the SPIR-V embedded at build time, and the pipeline cache kept between runs.
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-
-#include <unistd.h>
 
 #include "gpu/impl.h"
 #include "spirv_table.inc"
@@ -57,8 +57,8 @@ Kernel::Kernel(Device& device, std::string_view name, const SpecConstants& const
 
 Kernel::~Kernel() { device_.vk().vkDestroyPipeline(device_.handle(), pipeline_, nullptr); }
 
-// $XDG_CACHE_HOME/headwater (or ~/.cache/headwater)/pipelines-<cache UUID>.bin. A missing or unwritable folder only means
-// that kernels are compiled anew. Drivers check the header themselves; we check it too, against truncated files.
+// $XDG_CACHE_HOME/headwater (or ~/.cache/headwater)/pipelines-<cache UUID>.bin. A missing or unwritable folder only
+// means that kernels are compiled anew. Drivers check the header themselves; we check it too, against truncated files.
 void Device::Impl::load_pipeline_cache() {
   VkPhysicalDeviceProperties properties;
   vkGetPhysicalDeviceProperties(physical.handle, &properties);

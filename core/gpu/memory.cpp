@@ -14,12 +14,15 @@ constexpr VkDeviceSize kSmallBytes = 2u << 20;  // larger buffers have memory of
 constexpr VkDeviceSize kAlignment = 256;        // covers every driver's buffers, acceleration structures and scratch
 
 // Memory types that may hold a buffer for `use`, best first; bit 31 of no type is set, so the array ends by count.
-std::vector<std::uint32_t> types_for(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed, BufferUse use,
-                                     bool shared) {
+std::vector<std::uint32_t> types_for(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
+                                     BufferUse use, bool shared) {
   constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   constexpr VkMemoryPropertyFlags kMapped = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
   constexpr VkMemoryPropertyFlags kCached = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
-  struct Candidate { int score; std::uint32_t type; };
+  struct Candidate {
+    int score;
+    std::uint32_t type;
+  };
   std::vector<Candidate> candidates;
   for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
     const VkMemoryPropertyFlags flags = memory.memoryTypes[i].propertyFlags;
@@ -33,9 +36,12 @@ std::vector<std::uint32_t> types_for(const VkPhysicalDeviceMemoryProperties& mem
       score = 4 * local + !(flags & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);  // leave the mapped window to others
     } else {
       if (!mapped) continue;
-      if (use == BufferUse::device) score = 4 * local + 2 * cached;
-      else if (use == BufferUse::readback) score = 4 * cached + !local;
-      else score = shared ? 4 * local + 2 * cached : 2 * !local + !cached;
+      if (use == BufferUse::device)
+        score = 4 * local + 2 * cached;
+      else if (use == BufferUse::readback)
+        score = 4 * cached + !local;
+      else
+        score = shared ? 4 * local + 2 * cached : 2 * !local + !cached;
     }
     candidates.push_back({score, i});
   }
@@ -47,7 +53,8 @@ std::vector<std::uint32_t> types_for(const VkPhysicalDeviceMemoryProperties& mem
 
 }  // namespace
 
-std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& needs, BufferUse use, std::string_view label) {
+std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& needs, BufferUse use,
+                                                    std::string_view label) {
   const std::string what = "buffer \"" + std::string(label) + "\" of " + format_bytes(needs.size);
   const VkDeviceSize alignment = std::max<VkDeviceSize>(kAlignment, needs.alignment);
   const VkDeviceSize bytes = (needs.size + alignment - 1) / alignment * alignment;
@@ -72,7 +79,8 @@ std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& 
     if (small)
       for (const auto& block : blocks) {
         if (block->dedicated || block->type != type || (mapped && !block->mapped)) continue;
-        const auto hole = std::find_if(block->free.begin(), block->free.end(), [&](const auto& f) { return f.second >= bytes; });
+        const auto hole =
+            std::find_if(block->free.begin(), block->free.end(), [&](const auto& f) { return f.second >= bytes; });
         if (hole == block->free.end()) continue;
         const auto [offset, size] = *hole;
         block->free.erase(hole);
@@ -136,12 +144,14 @@ void Device::Impl::release(const MemoryRange& range) {
   std::erase_if(blocks, [&](const auto& b) { return b.get() == &block; });
 }
 
-Buffer::Buffer(Device& device, std::size_t bytes, BufferUse use, std::string_view label) : device_(device), bytes_(bytes) {
+Buffer::Buffer(Device& device, std::size_t bytes, BufferUse use, std::string_view label)
+    : device_(device), bytes_(bytes) {
   Device::Impl& d = device.impl();
   VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
   create.size = (std::max<std::size_t>(bytes, 16) + 15) / 16 * 16;  // Vulkan has no empty buffers
-  create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+  create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+                 VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   if (d.ray_query)
     create.usage |= VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
                     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;

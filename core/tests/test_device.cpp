@@ -80,7 +80,8 @@ TEST_CASE("buffers: written, read, filled and copied; addresses apart; validatio
     std::vector<std::uint32_t> data(1000);
     for (std::uint32_t i = 0; i < 1000; ++i) data[i] = i * i;
     const auto a = device.upload(std::as_bytes(std::span(data)), "squares");
-    Buffer b(device, 4000, BufferUse::readback, "copy"), c(device, 64, BufferUse::upload, "small"), empty(device, 0, BufferUse::device, "empty");
+    Buffer b(device, 4000, BufferUse::readback, "copy"), c(device, 64, BufferUse::upload, "small"),
+        empty(device, 0, BufferUse::device, "empty");
     CHECK(words_of(device, *a) == data);
     CHECK(b.mapped() != nullptr);
     CHECK(c.mapped() != nullptr);

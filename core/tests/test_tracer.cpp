@@ -31,7 +31,8 @@ void with_tracers(const std::function<void(Device&, Tracer&)>& body) {
   }
 }
 
-TraceInstance place(std::uint64_t mesh, std::array<float, 12> m = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, std::uint32_t mask = 0xFF) {
+TraceInstance place(std::uint64_t mesh, std::array<float, 12> m = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                    std::uint32_t mask = 0xFF) {
   TraceInstance instance{{}, mesh, mask, false};
   std::copy(m.begin(), m.end(), instance.object_to_world);
   return instance;
@@ -41,15 +42,19 @@ MeshData square(float z, float half = 1) {
   return {{-half, -half, z, half, -half, z, half, half, z, -half, half, z}, {0, 1, 2, 0, 2, 3}};
 }
 
-Ray down(float x = 0.1f, float y = 0.2f, float z = 5, std::uint32_t mask = 0xFF) { return {{x, y, z}, 0, {0, 0, -1}, HW_INFINITY, mask}; }
+Ray down(float x = 0.1f, float y = 0.2f, float z = 5, std::uint32_t mask = 0xFF) {
+  return {{x, y, z}, 0, {0, 0, -1}, HW_INFINITY, mask};
+}
 
 // Rays that single precision can't decide are passed over, but must be few.
-void compare(const World& world, const std::vector<Ray>& rays, const std::vector<Hit>& hits, const std::vector<std::uint32_t>& any) {
+void compare(const World& world, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
+             const std::vector<std::uint32_t>& any) {
   int undecided = 0, wrong = 0, found = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const auto strict = all_hits(world, rays[i], -1e-4), loose = all_hits(world, rays[i], 1e-4);
-    const bool decided = strict.size() == loose.size() &&
-                         (strict.size() < 2 || strict[1].t - strict[0].t > 1e-4 * (1 + strict[0].t) || strict[0].instance == HW_LAMP_INSTANCE);
+    const bool decided =
+        strict.size() == loose.size() && (strict.size() < 2 || strict[1].t - strict[0].t > 1e-4 * (1 + strict[0].t) ||
+                                          strict[0].instance == HW_LAMP_INSTANCE);
     if (!decided) {
       ++undecided;
       continue;
@@ -62,12 +67,13 @@ void compare(const World& world, const std::vector<Ray>& rays, const std::vector
     }
     ++found;
     const Candidate& c = strict[0];
-    const bool same = hit.instance == c.instance && hit.primitive == c.primitive && std::abs(hit.t - c.t) <= 2e-4 * (1 + c.t) &&
-                      std::abs(hit.u - c.u) <= 2e-3 && std::abs(hit.v - c.v) <= 2e-3;
+    const bool same = hit.instance == c.instance && hit.primitive == c.primitive &&
+                      std::abs(hit.t - c.t) <= 2e-4 * (1 + c.t) && std::abs(hit.u - c.u) <= 2e-3 &&
+                      std::abs(hit.v - c.v) <= 2e-3;
     if (!same) {
       ++wrong;
-      INFO("ray ", i, ": t ", hit.t, " for ", c.t, ", instance ", hit.instance, " for ", c.instance, ", primitive ", hit.primitive,
-           " for ", c.primitive, ", uv ", hit.u, " ", hit.v, " for ", c.u, " ", c.v);
+      INFO("ray ", i, ": t ", hit.t, " for ", c.t, ", instance ", hit.instance, " for ", c.instance, ", primitive ",
+           hit.primitive, " for ", c.primitive, ", uv ", hit.u, " ", hit.v, " for ", c.u, " ", c.v);
       if (wrong < 5) CHECK(same);
     }
   }
@@ -106,7 +112,8 @@ TEST_CASE("tracers agree with brute force: instances, masks, lamps, ray ends") {
   std::vector<Ray> rays = random_rays(random, 3000, 2.5f);
   std::uniform_real_distribution<float> u(0, 1);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    static constexpr std::uint32_t kMasks[] = {0xFF, HW_MASK_CAMERA, HW_MASK_DIFFUSE, HW_MASK_GLOSSY | HW_MASK_LAMP, HW_MASK_LAMP};
+    static constexpr std::uint32_t kMasks[] = {0xFF, HW_MASK_CAMERA, HW_MASK_DIFFUSE, HW_MASK_GLOSSY | HW_MASK_LAMP,
+                                               HW_MASK_LAMP};
     rays[i].mask = kMasks[i % 5];
     if (i % 3 == 1) rays[i].tmin = u(random);
     if (i % 4 == 1) rays[i].tmax = rays[i].tmin + 2 * u(random);
@@ -181,7 +188,8 @@ TEST_CASE("tracers: objects move, change mask, are replaced, added and removed")
 
     const MeshData one{{-2, -2, 1, 2, -2, 1, 0, 3, 1}, {0, 1, 2}};  // other topology
     tracer.set_mesh(0, one.view("one triangle"));
-    tracer.set_instances(std::vector<TraceInstance>{place(1, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -3}), place(1), place(0)});
+    tracer.set_instances(
+        std::vector<TraceInstance>{place(1, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -3}), place(1), place(0)});
     tracer.commit();
     CHECK(look().instance == 2);  // indices are those of the last call
     CHECK(look().primitive == 0);
@@ -213,15 +221,25 @@ TEST_CASE("tracers: random edits give what a fresh tracer gives") {
       auto& instances = world.instances;
       TraceInstance& chosen = instances[random() % instances.size()];
       switch (step % 6) {
-        case 0: chosen.object_to_world[3] += 0.3f; break;
-        case 1: chosen.moves = !chosen.moves; break;
-        case 2: instances.erase(instances.begin() + static_cast<int>(random() % instances.size())); break;
-        case 3: instances.insert(instances.begin(), place(random() % 4, {1, 0, 0, 0.2f, 0, 0, 1, 0, 0, -1, 0, 0.4f})); break;
+        case 0:
+          chosen.object_to_world[3] += 0.3f;
+          break;
+        case 1:
+          chosen.moves = !chosen.moves;
+          break;
+        case 2:
+          instances.erase(instances.begin() + static_cast<int>(random() % instances.size()));
+          break;
+        case 3:
+          instances.insert(instances.begin(), place(random() % 4, {1, 0, 0, 0.2f, 0, 0, 1, 0, 0, -1, 0, 0.4f}));
+          break;
         case 4:
           world.meshes[1] = random_triangles(random, 30 + step, 0.5f);
           tracer.set_mesh(1, world.meshes[1].view("mesh 1"));
           break;
-        case 5: chosen.mask = HW_MASK_CAMERA; break;
+        case 5:
+          chosen.mask = HW_MASK_CAMERA;
+          break;
       }
       if (step % 4 == 3) {
         world.lamps[0].center.x += 0.2f;
@@ -234,7 +252,8 @@ TEST_CASE("tracers: random edits give what a fresh tracer gives") {
       const auto a = rig.closest(tracer, rays), b = rig.closest(*fresh, rays);
       int different = 0;
       for (std::size_t i = 0; i < rays.size(); ++i)
-        different += a[i].instance != b[i].instance || a[i].primitive != b[i].primitive || std::abs(a[i].t - b[i].t) > 1e-4f * (1 + b[i].t);
+        different += a[i].instance != b[i].instance || a[i].primitive != b[i].primitive ||
+                     std::abs(a[i].t - b[i].t) > 1e-4f * (1 + b[i].t);
       CAPTURE(step);
       CHECK(different <= 1);  // a ray through an edge may see either side's triangle
     }
@@ -263,10 +282,14 @@ TEST_CASE("tracers: degenerate geometry and matrices are survived") {
   with_tracers([](Device& device, Tracer& tracer) {
     Rig rig(device, 64);
     World world;
-    world.meshes = {square(0), MeshData{{0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1}, {0, 1, 2, 0, 0, 0, 0, 3, 3}}};  // zero area
+    world.meshes = {square(0),
+                    MeshData{{0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1}, {0, 1, 2, 0, 0, 0, 0, 3, 3}}};  // zero area
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
-    world.instances = {place(1), place(0, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), place(0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 4}),
-                       place(0, {kNan, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}), place(0, {1, 0, 0, kInf, 0, 1, 0, 0, 0, 0, 1, 0}),
+    world.instances = {place(1),
+                       place(0, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
+                       place(0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 4}),
+                       place(0, {kNan, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}),
+                       place(0, {1, 0, 0, kInf, 0, 1, 0, 0, 0, 0, 1, 0}),
                        place(0, {1e-3f, 0, 0, 0, 0, 1e-3f, 0, 0, 0, 0, 1e-3f, 4}),  // small, and good
                        place(0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 1})};            // mirrored
     world.give(tracer);
@@ -290,7 +313,8 @@ TEST_CASE("tracers: bad edits are refused by name") {
                        "Mesh \"Suzanne\" has a triangle of vertex 3, but only 3 vertices.", std::runtime_error);
   CHECK_THROWS_AS(make_tracer(device, "optix", 0), DeviceError);
   if (!device.info().ray_query) CHECK_THROWS_AS(make_tracer(device, "ray_query", 0), DeviceError);
-  CHECK(std::string(make_tracer(device, "auto", 0)->name()) == (device.info().kind == "cpu" || !device.info().ray_query ? "embree" : "ray_query"));
+  CHECK(std::string(make_tracer(device, "auto", 0)->name()) ==
+        (device.info().kind == "cpu" || !device.info().ray_query ? "embree" : "ray_query"));
 }
 
 TEST_CASE("embree: closed surfaces have no cracks, far from the origin too") {
@@ -301,7 +325,8 @@ TEST_CASE("embree: closed surfaces have no cracks, far from the origin too") {
     for (int i = 0; i <= kN; ++i) {
       const double a = 2 * 3.14159265358979 * (i % kN) / kN, b = 3.14159265358979 * j / kN;
       const double r = j == 0 || j == kN ? 0 : std::sin(b);
-      for (const double x : {r * std::cos(a) + 100, r * std::sin(a) - 50, std::cos(b) + 20}) sphere.positions.push_back(static_cast<float>(x));
+      for (const double x : {r * std::cos(a) + 100, r * std::sin(a) - 50, std::cos(b) + 20})
+        sphere.positions.push_back(static_cast<float>(x));
     }
   for (std::uint32_t j = 0; j < kN; ++j)
     for (std::uint32_t i = 0; i < kN; ++i) {
@@ -338,7 +363,11 @@ TEST_CASE("lamp spheres: distant and small, tangent, from inside") {
   for (int i = 0; i < 20'000; ++i) {
     // Aimed at a point within 1.5 radii of the centre of a 1 cm lamp between 10 m and 10 km away.
     const double distance = std::pow(10.0, 2.5 + 1.5 * u(random)), radius = 0.01;
-    const LampShape lamp{HW_LAMP_SHAPE_SPHERE, vec3(float(0.3 * distance), float(-0.2 * distance), float(distance)), {}, {}, float(radius)};
+    const LampShape lamp{HW_LAMP_SHAPE_SPHERE,
+                         vec3(float(0.3 * distance), float(-0.2 * distance), float(distance)),
+                         {},
+                         {},
+                         float(radius)};
     const glm::dvec3 target = glm::dvec3(lamp.center) + 1.5 * radius * glm::dvec3(u(random), u(random), u(random));
     const vec3 direction(glm::normalize(target));
     const glm::dvec3 d(direction), c(lamp.center);
@@ -365,5 +394,5 @@ TEST_CASE("lamp spheres: distant and small, tangent, from inside") {
   CHECK(lamp_intersect(sheared, {1.4f, 0.95f, -1}, {0, 0, 1}, 0, 10, t));
   CHECK_FALSE(lamp_intersect(sheared, {1.4f, -0.95f, -1}, {0, 0, 1}, 0, 10, t));
   CHECK_FALSE(lamp_intersect(sheared, {0, 0, 1}, {0, 0, -1}, 0, 10, t));  // its dark side
-  CHECK_FALSE(lamp_intersect(sheared, {0, 0, 1}, {1, 0, 0}, 0, 10, t));  // in its plane's direction
+  CHECK_FALSE(lamp_intersect(sheared, {0, 0, 1}, {1, 0, 0}, 0, 10, t));   // in its plane's direction
 }

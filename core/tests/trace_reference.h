@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For the Tracer tests: a scene with its geometry, the brute-force answer in double precision, and a rig that runs rays.
+// For the Tracer tests: a scene with its geometry, the brute-force answer in double precision, and a rig that runs
+// rays.
 #pragma once
 
 #include <algorithm>
@@ -52,8 +53,8 @@ struct Candidate {
 };
 
 // All of a ray's hits with triangles and lamps, nearest first, in double precision (Möller and Trumbore's test in world
-// space; a quadratic for spheres). Borderline hits (within `slack` of an edge or of the ends of the ray) are dropped when
-// `slack` is negative and kept when it is positive: rays whose answers differ are not decided at single precision.
+// space; a quadratic for spheres). Borderline hits (within `slack` of an edge or of the ends of the ray) are dropped
+// when `slack` is negative and kept when it is positive: rays whose answers differ are not decided at single precision.
 inline std::vector<Candidate> all_hits(const World& world, const Ray& ray, double slack) {
   using dvec3 = glm::dvec3;
   const dvec3 o(ray.origin), d(ray.direction);
@@ -66,19 +67,22 @@ inline std::vector<Candidate> all_hits(const World& world, const Ray& ray, doubl
     const auto point = [&](const MeshData& mesh, std::uint32_t vertex) {
       const float* p = &mesh.positions[3 * vertex];
       dvec3 r;
-      for (int k = 0; k < 3; ++k) r[k] = double(m[4 * k]) * p[0] + double(m[4 * k + 1]) * p[1] + double(m[4 * k + 2]) * p[2] + m[4 * k + 3];
+      for (int k = 0; k < 3; ++k)
+        r[k] = double(m[4 * k]) * p[0] + double(m[4 * k + 1]) * p[1] + double(m[4 * k + 2]) * p[2] + m[4 * k + 3];
       return r;
     };
     const dvec3 cx(m[0], m[4], m[8]), cy(m[1], m[5], m[9]), cz(m[2], m[6], m[10]);
     if (std::abs(glm::dot(cx, glm::cross(cy, cz))) < 1e-12) continue;
     const MeshData& mesh = world.meshes[instance.mesh];
     for (std::uint32_t p = 0; p < mesh.indices.size() / 3; ++p) {
-      const dvec3 a = point(mesh, mesh.indices[3 * p]), b = point(mesh, mesh.indices[3 * p + 1]), c = point(mesh, mesh.indices[3 * p + 2]);
+      const dvec3 a = point(mesh, mesh.indices[3 * p]), b = point(mesh, mesh.indices[3 * p + 1]),
+                  c = point(mesh, mesh.indices[3 * p + 2]);
       const dvec3 e1 = b - a, e2 = c - a, q = glm::cross(d, e2);
       const double det = glm::dot(e1, q);
       if (det == 0) continue;
       const dvec3 s = o - a;
-      const double u = glm::dot(s, q) / det, v = glm::dot(d, glm::cross(s, e1)) / det, t = glm::dot(e2, glm::cross(s, e1)) / det;
+      const double u = glm::dot(s, q) / det, v = glm::dot(d, glm::cross(s, e1)) / det,
+                   t = glm::dot(e2, glm::cross(s, e1)) / det;
       if (u > -slack && v > -slack && u + v < 1 + slack && in_range(t)) hits.push_back({t, u, v, i, p});
     }
   }
@@ -104,7 +108,8 @@ inline std::vector<Candidate> all_hits(const World& world, const Ray& ray, doubl
       if (!in_range(t)) continue;
       const dvec3 p = o + d * t - c;
       const double u = glm::dot(p, ax) / glm::dot(ax, ax), v = glm::dot(p, ay) / glm::dot(ay, ay);
-      const bool inside = lamp.shape == HW_LAMP_SHAPE_ELLIPSE ? u * u + v * v < 1 + slack : std::max(std::abs(u), std::abs(v)) < 1 + slack;
+      const bool inside = lamp.shape == HW_LAMP_SHAPE_ELLIPSE ? u * u + v * v < 1 + slack
+                                                              : std::max(std::abs(u), std::abs(v)) < 1 + slack;
       if (inside) hits.push_back({t, 0, 0, HW_LAMP_INSTANCE, i});
     }
   }

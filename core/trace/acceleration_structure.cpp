@@ -8,9 +8,12 @@
 namespace hw {
 
 AccelerationStructure::AccelerationStructure(Device& device, VkAccelerationStructureTypeKHR type,
-                                             const VkAccelerationStructureGeometryKHR& geometry, std::uint32_t primitives,
-                                             bool updatable, const std::string& label)
-    : device_(device), type_(type), flags_(VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR), primitives_(primitives) {
+                                             const VkAccelerationStructureGeometryKHR& geometry,
+                                             std::uint32_t primitives, bool updatable, const std::string& label)
+    : device_(device),
+      type_(type),
+      flags_(VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR),
+      primitives_(primitives) {
   if (updatable) flags_ |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
   VkAccelerationStructureBuildGeometryInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
   info.type = type_;
@@ -19,8 +22,8 @@ AccelerationStructure::AccelerationStructure(Device& device, VkAccelerationStruc
   info.geometryCount = 1;
   info.pGeometries = &geometry;
   VkAccelerationStructureBuildSizesInfoKHR sizes{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-  device.vk().vkGetAccelerationStructureBuildSizesKHR(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info,
-                                                      &primitives, &sizes);
+  device.vk().vkGetAccelerationStructureBuildSizesKHR(device.handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+                                                      &info, &primitives, &sizes);
   build_scratch_ = sizes.buildScratchSize;
   update_scratch_ = sizes.updateScratchSize;
   buffer_ = std::make_unique<Buffer>(device, sizes.accelerationStructureSize, BufferUse::device, label);
@@ -38,13 +41,14 @@ AccelerationStructure::~AccelerationStructure() {
   if (handle_) device_.vk().vkDestroyAccelerationStructureKHR(device_.handle(), handle_, nullptr);
 }
 
-void AccelerationStructure::build(Commands& commands, const VkAccelerationStructureGeometryKHR& geometry, VkDeviceAddress scratch,
-                                  bool update) {
+void AccelerationStructure::build(Commands& commands, const VkAccelerationStructureGeometryKHR& geometry,
+                                  VkDeviceAddress scratch, bool update) {
   commands.record([&](VkCommandBuffer buffer) {
     VkAccelerationStructureBuildGeometryInfoKHR info{VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR};
     info.type = type_;
     info.flags = flags_;
-    info.mode = update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    info.mode =
+        update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     info.srcAccelerationStructure = update ? handle_ : VK_NULL_HANDLE;
     info.dstAccelerationStructure = handle_;
     info.geometryCount = 1;

@@ -13,8 +13,9 @@ namespace hw {
 class AccelerationStructure {
  public:
   // `geometry` with `primitives` primitives. `updatable` structures can be updated in place later.
-  AccelerationStructure(Device& device, VkAccelerationStructureTypeKHR type, const VkAccelerationStructureGeometryKHR& geometry,
-                        std::uint32_t primitives, bool updatable, const std::string& label);
+  AccelerationStructure(Device& device, VkAccelerationStructureTypeKHR type,
+                        const VkAccelerationStructureGeometryKHR& geometry, std::uint32_t primitives, bool updatable,
+                        const std::string& label);
   ~AccelerationStructure();
   AccelerationStructure(const AccelerationStructure&) = delete;
   AccelerationStructure& operator=(const AccelerationStructure&) = delete;
@@ -25,7 +26,8 @@ class AccelerationStructure {
   std::uint64_t scratch_bytes(bool update) const { return update ? update_scratch_ : build_scratch_; }
 
   // Records the build; inputs and scratch must live until the commands are flushed.
-  void build(Commands& commands, const VkAccelerationStructureGeometryKHR& geometry, VkDeviceAddress scratch, bool update);
+  void build(Commands& commands, const VkAccelerationStructureGeometryKHR& geometry, VkDeviceAddress scratch,
+             bool update);
 
  private:
   Device& device_;

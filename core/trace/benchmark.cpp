@@ -47,7 +47,8 @@ class Random {
  public:
   float operator()() {  // [-1, 1)
     state_ = state_ * 6364136223846793005ull + 1442695040888963407ull;
-    const auto x = static_cast<std::uint32_t>(((state_ >> 18) ^ state_) >> 27), rotation = static_cast<std::uint32_t>(state_ >> 59);
+    const auto x = static_cast<std::uint32_t>(((state_ >> 18) ^ state_) >> 27),
+               rotation = static_cast<std::uint32_t>(state_ >> 59);
     return static_cast<float>((x >> rotation | x << (-rotation & 31)) >> 8) * (2.0f / 16777216.0f) - 1;
   }
 
@@ -88,8 +89,10 @@ class PlainLoop {
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, flags);
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, g.positions.data(), 0, 12, g.vertices());
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, g.indices.data(), 0, 12, g.indices.size() / 3);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, g.positions.data(), 0, 12,
+                               g.vertices());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, g.indices.data(), 0, 12,
+                               g.indices.size() / 3);
     rtcSetGeometryMask(geometry, 0xFF);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
@@ -131,8 +134,18 @@ class PlainLoop {
 
  private:
   static void load(const Ray& ray, RTCRay& out) {
-    out = RTCRay{ray.origin.x, ray.origin.y, ray.origin.z, ray.tmin, ray.direction.x, ray.direction.y,
-                 ray.direction.z, 0, ray.tmax, ray.mask, 0, 0};
+    out = RTCRay{ray.origin.x,
+                 ray.origin.y,
+                 ray.origin.z,
+                 ray.tmin,
+                 ray.direction.x,
+                 ray.direction.y,
+                 ray.direction.z,
+                 0,
+                 ray.tmax,
+                 ray.mask,
+                 0,
+                 0};
   }
   void release() {
     rtcReleaseScene(scene_);
@@ -146,7 +159,8 @@ class PlainLoop {
 
 }  // namespace
 
-std::vector<TracerBenchRow> tracer_benchmark(Device& device, const std::string& kind, int threads, const TracerBenchOptions& options) {
+std::vector<TracerBenchRow> tracer_benchmark(Device& device, const std::string& kind, int threads,
+                                             const TracerBenchOptions& options) {
   const std::uint32_t count = std::max(64u, options.rays);
   Buffer queue(device, sizeof(QueueHeader) + 4ull * count, BufferUse::device, "benchmark queue");
   Buffer rays(device, sizeof(Ray) * std::size_t{count}, BufferUse::device, "benchmark rays");
@@ -160,7 +174,8 @@ std::vector<TracerBenchRow> tracer_benchmark(Device& device, const std::string& 
   for (const std::uint32_t triangles : options.triangles) {
     const Geometry geometry = bumpy_sphere(std::max(8u, triangles));
     const auto tracer = make_tracer(device, kind, threads);
-    tracer->set_mesh(1, {std::span(geometry.positions).first(3 * geometry.vertices()), geometry.indices, "bumpy sphere"});
+    tracer->set_mesh(1,
+                     {std::span(geometry.positions).first(3 * geometry.vertices()), geometry.indices, "bumpy sphere"});
     const TraceInstance instance{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, 1, 0xFF, false};
     tracer->set_instances({&instance, 1});
     tracer->commit();
@@ -170,21 +185,26 @@ std::vector<TracerBenchRow> tracer_benchmark(Device& device, const std::string& 
       device.write(rays, 0, std::as_bytes(std::span(source)));
       const TraceArgs args{&queue, &rays, &hits, count};
       const std::array<std::function<void()>, 6> contestants = {
-          [&] { tracer->closest(commands, args), commands.flush(); }, [&] { tracer->any(commands, args), commands.flush(); },
-          [&] { plain.closest(source, plain_hits); },                 [&] { plain.any(source, plain_hits); },
-          [&] { fast.closest(source, plain_hits); },                  [&] { fast.any(source, plain_hits); }};
+          [&] { tracer->closest(commands, args), commands.flush(); },
+          [&] { tracer->any(commands, args), commands.flush(); },
+          [&] { plain.closest(source, plain_hits); },
+          [&] { plain.any(source, plain_hits); },
+          [&] { fast.closest(source, plain_hits); },
+          [&] { fast.any(source, plain_hits); }};
       std::array<std::vector<double>, 6> seconds;
       for (int repeat = -1; repeat < std::max(1, options.repeats); ++repeat)  // the first round warms the caches
         for (std::size_t k = 0; k < contestants.size(); ++k) {
           const auto start = std::chrono::steady_clock::now();
           contestants[k]();
-          if (repeat >= 0) seconds[k].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+          if (repeat >= 0)
+            seconds[k].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
         }
       const auto mrays = [&](std::size_t k) {
         std::sort(seconds[k].begin(), seconds[k].end());
         return count / seconds[k][seconds[k].size() / 2] * 1e-6;
       };
-      rows.push_back({static_cast<std::uint32_t>(geometry.indices.size() / 3), coherent, mrays(0), mrays(1), mrays(2), mrays(3), mrays(4), mrays(5)});
+      rows.push_back({static_cast<std::uint32_t>(geometry.indices.size() / 3), coherent, mrays(0), mrays(1), mrays(2),
+                      mrays(3), mrays(4), mrays(5)});
     }
   }
   return rows;

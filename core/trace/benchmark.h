@@ -19,16 +19,16 @@ struct TracerBenchOptions {
 // Millions of rays a second, medians.
 struct TracerBenchRow {
   std::uint32_t triangles;
-  bool coherent;               // rays of one camera in scanline order; else random origins and directions
-  double closest, any;         // the Tracer, through its queue, ray and hit buffers
-  double plain_closest, plain_any;      // rtcIntersect1 and rtcOccluded1 over an array, on one scene of one level, robust
-  double fast_closest, fast_any;        // the same without RTC_SCENE_FLAG_ROBUST, whose edges leak
+  bool coherent;                    // rays of one camera in scanline order; else random origins and directions
+  double closest, any;              // the Tracer, through its queue, ray and hit buffers
+  double plain_closest, plain_any;  // rtcIntersect1 and rtcOccluded1 over an array, on one scene of one level, robust
+  double fast_closest, fast_any;    // the same without RTC_SCENE_FLAG_ROBUST, whose edges leak
   double ratio_closest() const { return closest / plain_closest; }
   double ratio_any() const { return any / plain_any; }
 };
 
-// `kind` and `threads` as make_tracer() takes them; the plain loop has as many threads. The scene is a bumpy sphere. Throws
-// what make_tracer() throws, and OutOfMemory.
+// `kind` and `threads` as make_tracer() takes them; the plain loop has as many threads. The scene is a bumpy sphere.
+// Throws what make_tracer() throws, and OutOfMemory.
 std::vector<TracerBenchRow> tracer_benchmark(Device& device, const std::string& kind, int threads,
                                              const TracerBenchOptions& options = {});
 

@@ -28,7 +28,8 @@ void bounds_of(const RTCBoundsFunctionArguments* args) {
 bool hit(const void* lamps, unsigned primitive, const RTCRay& ray, float& t) {
   if (!(ray.mask & HW_MASK_LAMP)) return false;
   const LampShape& lamp = static_cast<const LampShape*>(lamps)[primitive];
-  return lamp_intersect(lamp, vec3(ray.org_x, ray.org_y, ray.org_z), vec3(ray.dir_x, ray.dir_y, ray.dir_z), ray.tnear, ray.tfar, t);
+  return lamp_intersect(lamp, vec3(ray.org_x, ray.org_y, ray.org_z), vec3(ray.dir_x, ray.dir_y, ray.dir_z), ray.tnear,
+                        ray.tfar, t);
 }
 
 // Called for one ray at a time: the tracer sends no packets here.

@@ -28,7 +28,8 @@ std::vector<float> transformed(std::span<const float> positions, const float* m)
   std::vector<float> result(positions.size() + 4, 0.0f);
   for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
     const float x = positions[i], y = positions[i + 1], z = positions[i + 2];
-    for (int row = 0; row < 3; ++row) result[i + row] = m[4 * row] * x + m[4 * row + 1] * y + m[4 * row + 2] * z + m[4 * row + 3];
+    for (int row = 0; row < 3; ++row)
+      result[i + row] = m[4 * row] * x + m[4 * row + 1] * y + m[4 * row + 2] * z + m[4 * row + 3];
   }
   return result;
 }
@@ -58,7 +59,8 @@ EmbreeScene::EmbreeScene(WorkerPool& pool, int threads) : pool_(pool) {
   }
   if (!rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED)) {
     rtcReleaseDevice(device_);
-    throw DeviceError("This build of Embree has no ray masks (EMBREE_RAY_MASK), which Headwater needs for ray visibility.");
+    throw DeviceError(
+        "This build of Embree has no ray masks (EMBREE_RAY_MASK), which Headwater needs for ray visibility.");
   }
   rtcSetDeviceMemoryMonitorFunction(
       device_,
@@ -95,15 +97,16 @@ void EmbreeScene::check(const std::string& what) const {
   const RTCError error = rtcGetDeviceError(device_);
   if (error == RTC_ERROR_NONE) return;
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw OutOfMemory("Out of memory while building " + what + " for ray tracing.");
-  throw std::runtime_error("Building " + what + " for ray tracing failed (Embree error " + std::to_string(error) + ").");
+  throw std::runtime_error("Building " + what + " for ray tracing failed (Embree error " + std::to_string(error) +
+                           ").");
 }
 
 void EmbreeScene::set_mesh(std::uint64_t id, const TraceMesh& source) {
   const std::size_t vertices = source.positions.size() / 3;
   for (const std::uint32_t index : source.indices)
     if (index >= vertices)
-      throw std::runtime_error("Mesh \"" + source.name + "\" has a triangle of vertex " + std::to_string(index) + ", but only " +
-                               std::to_string(vertices) + " vertices.");
+      throw std::runtime_error("Mesh \"" + source.name + "\" has a triangle of vertex " + std::to_string(index) +
+                               ", but only " + std::to_string(vertices) + " vertices.");
   Mesh& mesh = meshes_[id];
   mesh.source = source;
   mesh.version = ++versions_;
@@ -114,7 +117,8 @@ void EmbreeScene::remove_mesh(std::uint64_t id) {
   const auto found = meshes_.find(id);
   if (found == meshes_.end()) return;
   unbake(found->second);
-  if (found->second.scene) rtcReleaseScene(found->second.scene);  // instances still attached keep it alive until commit()
+  if (found->second.scene)
+    rtcReleaseScene(found->second.scene);  // instances still attached keep it alive until commit()
   meshes_.erase(found);
   changed_ = true;
 }
@@ -131,7 +135,8 @@ void EmbreeScene::set_lamps(std::span<const LampShape> lamps) {
 
 EmbreeScene::Mesh& EmbreeScene::mesh_of(const TraceInstance& instance, std::size_t index) {
   const auto found = meshes_.find(instance.mesh);
-  if (found == meshes_.end()) throw std::runtime_error("Instance " + std::to_string(index) + " is of a mesh that does not exist.");
+  if (found == meshes_.end())
+    throw std::runtime_error("Instance " + std::to_string(index) + " is of a mesh that does not exist.");
   return found->second;
 }
 
@@ -247,7 +252,8 @@ void EmbreeScene::update_slots() {
     }
     Slot& slot = slots_[used++];
     slot_instances_.push_back(i);
-    const bool other_scene = slot.scene != mesh.scene;  // a rebuilt one is new: the slot keeps the old one alive until here
+    const bool other_scene =
+        slot.scene != mesh.scene;  // a rebuilt one is new: the slot keeps the old one alive until here
     if (!other_scene && slot.mask == instance.mask && same(slot.matrix, instance.object_to_world)) continue;
     if (other_scene) rtcSetGeometryInstancedScene(slot.geometry, mesh.scene);
     slot.scene = mesh.scene;
@@ -284,7 +290,8 @@ void EmbreeScene::commit() {
     for (auto& [id, mesh] : meshes_) {
       const TraceInstance* instance = mesh.users == 1 ? &instances_[mesh.user] : nullptr;
       if (instance && mesh.geometry && !same(mesh.baked_matrix, instance->object_to_world)) mesh.moved = true;
-      if (instance && !instance->moves && !mesh.moved && !mesh.source.indices.empty() && invertible(instance->object_to_world))
+      if (instance && !instance->moves && !mesh.moved && !mesh.source.indices.empty() &&
+          invertible(instance->object_to_world))
         bake(mesh, *instance);
       else
         unbake(mesh);

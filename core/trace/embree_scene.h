@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene in Embree. Objects that stand still and have a mesh of their own are baked, in world space, into one scene;
-// the rest are instances; lamps are user geometry. docs/decisions/0001-embree-two-level.md says why.
+// the rest are instances; lamps are user geometry. docs/decisions/0005-embree-two-level.md says why.
 #pragma once
 
 #include <array>
@@ -45,13 +45,13 @@ class EmbreeScene {
   using Matrix = std::array<float, 12>;
   struct Mesh {
     TraceMesh source;
-    std::uint64_t version = 0;           // of `source`
-    std::uint32_t users = 0, user = 0;   // instances that show it, and the last of them
-    bool moved = false;                  // its baked instance once moved: never baked again
-    RTCScene scene = nullptr;            // for instances; null until one needs it
+    std::uint64_t version = 0;          // of `source`
+    std::uint32_t users = 0, user = 0;  // instances that show it, and the last of them
+    bool moved = false;                 // its baked instance once moved: never baked again
+    RTCScene scene = nullptr;           // for instances; null until one needs it
     std::uint64_t scene_version = 0;
-    std::vector<float> positions;        // what `scene` reads: a copy with the padding Embree asks for
-    RTCGeometry geometry = nullptr;      // in baked_
+    std::vector<float> positions;    // what `scene` reads: a copy with the padding Embree asks for
+    RTCGeometry geometry = nullptr;  // in baked_
     std::uint32_t geometry_id = 0;
     std::uint64_t baked_version = 0;
     Matrix baked_matrix{};

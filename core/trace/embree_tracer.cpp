@@ -38,7 +38,9 @@ class HostView {
     data_ = copy_.data();
   }
   template <class T>
-  T* as() const { return static_cast<T*>(data_); }
+  T* as() const {
+    return static_cast<T*>(data_);
+  }
   void put_back() {
     if (!copy_.empty()) device_.write(buffer_, 0, copy_);
   }
@@ -64,7 +66,8 @@ class EmbreeTracer final : public Tracer {
   TracerStats stats() const override { return {scene_.build_seconds(), scene_.bytes()}; }
 
   void closest(Commands& commands, const TraceArgs& args) override {
-    run<Hit>(commands, args, "trace_closest", [this](const Ray& ray, Hit& hit, EmbreeQuery& query) { closest1(ray, hit, query); });
+    run<Hit>(commands, args, "trace_closest",
+             [this](const Ray& ray, Hit& hit, EmbreeQuery& query) { closest1(ray, hit, query); });
   }
 
   void any(Commands& commands, const TraceArgs& args) override {
@@ -142,6 +145,8 @@ class EmbreeTracer final : public Tracer {
 
 }  // namespace
 
-std::unique_ptr<Tracer> make_embree_tracer(Device& device, int threads) { return std::make_unique<EmbreeTracer>(device, threads); }
+std::unique_ptr<Tracer> make_embree_tracer(Device& device, int threads) {
+  return std::make_unique<EmbreeTracer>(device, threads);
+}
 
 }  // namespace hw

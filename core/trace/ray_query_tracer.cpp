@@ -29,7 +29,8 @@ class RayQueryTracer final : public Tracer {
  public:
   explicit RayQueryTracer(Device& device)
       : device_(device), build_(device), closest_(device, "trace_closest"), any_(device, "trace_any") {
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits{
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
     VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &limits};
     vkGetPhysicalDeviceProperties2(device.physical(), &properties);
     max_instances_ = limits.maxInstanceCount;
@@ -43,8 +44,8 @@ class RayQueryTracer final : public Tracer {
   void set_mesh(std::uint64_t id, const TraceMesh& mesh) override {
     if (mesh.indices.size() / 3 > max_triangles_)
       throw std::runtime_error("Mesh \"" + mesh.name + "\" has " + std::to_string(mesh.indices.size() / 3) +
-                               " triangles, more than the " + std::to_string(max_triangles_) + " that " + device_.info().name +
-                               " can hold in one mesh.");
+                               " triangles, more than the " + std::to_string(max_triangles_) + " that " +
+                               device_.info().name + " can hold in one mesh.");
     Mesh& entry = meshes_[id];
     entry.source = mesh;
     entry.changed = true;
@@ -97,8 +98,13 @@ class RayQueryTracer final : public Tracer {
 
   void trace(Commands& commands, const TraceArgs& args, const Kernel& kernel) {
     if (!top_) throw std::logic_error("A Tracer must be committed before it traces.");
-    const Push push{top_->address(),      lamp_table_ ? lamp_table_->address() : 0, args.queue->address(), args.rays->address(),
-                    args.hits->address(), args.capacity,                            0};
+    const Push push{top_->address(),
+                    lamp_table_ ? lamp_table_->address() : 0,
+                    args.queue->address(),
+                    args.rays->address(),
+                    args.hits->address(),
+                    args.capacity,
+                    0};
     commands.begin_stage(kernel.name());
     commands.dispatch_indirect(kernel, std::as_bytes(std::span(&push, 1)), *args.queue);
   }
@@ -108,7 +114,8 @@ class RayQueryTracer final : public Tracer {
     if (!scratch_ || scratch_->bytes() < bytes + scratch_alignment_) {
       build_.flush();
       scratch_.reset();
-      scratch_ = std::make_unique<Buffer>(device_, bytes + scratch_alignment_, BufferUse::device, "acceleration structure scratch");
+      scratch_ = std::make_unique<Buffer>(device_, bytes + scratch_alignment_, BufferUse::device,
+                                          "acceleration structure scratch");
     }
     return (scratch_->address() + scratch_alignment_ - 1) / scratch_alignment_ * scratch_alignment_;
   }
@@ -161,15 +168,16 @@ class RayQueryTracer final : public Tracer {
     lamp_structure_.reset();
     lamp_table_.reset();
     must_rebuild_ = true;
-    const auto first =
-        std::find_if(lamps_.begin(), lamps_.end(), [](const LampShape& lamp) { return lamp.shape != HW_LAMP_SHAPE_NONE; });
+    const auto first = std::find_if(lamps_.begin(), lamps_.end(),
+                                    [](const LampShape& lamp) { return lamp.shape != HW_LAMP_SHAPE_NONE; });
     if (first == lamps_.end()) return;
     std::vector<VkAabbPositionsKHR> boxes;
     for (const LampShape& lamp : lamps_) {
-      // A lamp that is nothing gets a point inside another's box, and is never hit. Vulkan's own way to leave a box out,
-      // a NaN for its x, loses the other boxes too on lavapipe of Mesa 25.0.7.
+      // A lamp that is nothing gets a point inside another's box, and is never hit. Vulkan's own way to leave a box
+      // out, a NaN for its x, loses the other boxes too on lavapipe of Mesa 25.0.7.
       const vec3 center = lamp.shape == HW_LAMP_SHAPE_NONE ? first->center : lamp.center, half = lamp_half_extent(lamp);
-      boxes.push_back({center.x - half.x, center.y - half.y, center.z - half.z, center.x + half.x, center.y + half.y, center.z + half.z});
+      boxes.push_back({center.x - half.x, center.y - half.y, center.z - half.z, center.x + half.x, center.y + half.y,
+                       center.z + half.z});
     }
     const auto input = device_.upload(std::as_bytes(std::span(boxes)), "build: boxes of lamps");
     lamp_table_ = device_.upload(std::as_bytes(std::span(lamps_)), "lamp shapes");
@@ -178,9 +186,9 @@ class RayQueryTracer final : public Tracer {
     geometry.geometry.aabbs = {VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR};
     geometry.geometry.aabbs.data.deviceAddress = input->address();
     geometry.geometry.aabbs.stride = sizeof(VkAabbPositionsKHR);
-    lamp_structure_ =
-        std::make_unique<AccelerationStructure>(device_, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, geometry,
-                                                static_cast<std::uint32_t>(boxes.size()), false, "acceleration structure of lamps");
+    lamp_structure_ = std::make_unique<AccelerationStructure>(device_, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                                              geometry, static_cast<std::uint32_t>(boxes.size()), false,
+                                                              "acceleration structure of lamps");
     lamp_structure_->build(build_, geometry, scratch(lamp_structure_->scratch_bytes(false)), false);
     build_.flush();
   }
@@ -233,7 +241,8 @@ class RayQueryTracer final : public Tracer {
     if (!top_ || top_->primitives() != records.size()) {
       top_.reset();
       top_ = std::make_unique<AccelerationStructure>(device_, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, geometry,
-                                                     static_cast<std::uint32_t>(records.size()), true, "top acceleration structure");
+                                                     static_cast<std::uint32_t>(records.size()), true,
+                                                     "top acceleration structure");
     }
     top_->build(build_, geometry, scratch(top_->scratch_bytes(update)), update);
     build_.flush();

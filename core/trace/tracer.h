@@ -17,9 +17,9 @@ namespace hw {
 
 // One mesh's geometry, in object space. The spans must stay valid and unchanged until the mesh is removed or replaced.
 struct TraceMesh {
-  std::span<const float> positions;       // 3 floats a vertex, metres
-  std::span<const std::uint32_t> indices; // 3 a triangle, into positions
-  std::string name;                       // for error messages
+  std::span<const float> positions;        // 3 floats a vertex, metres
+  std::span<const std::uint32_t> indices;  // 3 a triangle, into positions
+  std::string name;                        // for error messages
 };
 
 // One instance. Its place in the array is `Hit::instance`.
@@ -31,31 +31,31 @@ struct TraceInstance {
 };
 
 struct TracerStats {
-  double build_seconds = 0;      // time spent in builds since construction
-  std::uint64_t build_bytes = 0; // memory the acceleration structures hold now
+  double build_seconds = 0;       // time spent in builds since construction
+  std::uint64_t build_bytes = 0;  // memory the acceleration structures hold now
 };
 
 // Which rays: the queue's path ids select entries of the ray and hit arrays.
 struct TraceArgs {
-  Buffer* queue;  // QueueHeader then path ids
-  Buffer* rays;   // Ray[]
-  Buffer* hits;   // Hit[] for closest; uint[] for any (1 = occluded, 0 = free)
-  std::uint32_t capacity; // the largest count the queue can hold: bounds the dispatch
+  Buffer* queue;           // QueueHeader then path ids
+  Buffer* rays;            // Ray[]
+  Buffer* hits;            // Hit[] for closest; uint[] for any (1 = occluded, 0 = free)
+  std::uint32_t capacity;  // the largest count the queue can hold: bounds the dispatch
 };
 
 class Tracer {
  public:
   virtual ~Tracer() = default;
-  virtual const char* name() const = 0;           // "ray_query" or "embree"
-  virtual bool runs_on_host() const = 0;          // a host Tracer splits the submission: flush() before, resume after
+  virtual const char* name() const = 0;   // "ray_query" or "embree"
+  virtual bool runs_on_host() const = 0;  // a host Tracer splits the submission: flush() before, resume after
 
-  // Geometry edits, before commit(). set_mesh() or commit() throws std::runtime_error naming the mesh when a build fails.
-  // Instances with a singular matrix or a mesh without triangles are not hit.
+  // Geometry edits, before commit(). set_mesh() or commit() throws std::runtime_error naming the mesh when a build
+  // fails. Instances with a singular matrix or a mesh without triangles are not hit.
   virtual void set_mesh(std::uint64_t id, const TraceMesh& mesh) = 0;
   virtual void remove_mesh(std::uint64_t id) = 0;
   virtual void set_instances(std::span<const TraceInstance> instances) = 0;
   virtual void set_lamps(std::span<const LampShape> lamps) = 0;  // intersected when Ray::mask has HW_MASK_LAMP
-  virtual void commit() = 0;                      // builds what changed
+  virtual void commit() = 0;                                     // builds what changed
 
   // Records (device) or runs (host, after flushing `commands`) the trace.
   virtual void closest(Commands& commands, const TraceArgs& args) = 0;
@@ -68,8 +68,8 @@ class Tracer {
   std::function<void()> evict_owner;
 };
 
-// `kind`: "auto", "ray_query" or "embree". auto: ray_query on a GPU that has it, else embree (hosts need mapped buffers).
-// `threads`: host threads, 0 = all. Throws when the device can't run the kind asked for, saying why.
+// `kind`: "auto", "ray_query" or "embree". auto: ray_query on a GPU that has it, else embree (hosts need mapped
+// buffers). `threads`: host threads, 0 = all. Throws when the device can't run the kind asked for, saying why.
 std::unique_ptr<Tracer> make_tracer(Device& device, const std::string& kind, int threads);
 
 }  // namespace hw

@@ -10,8 +10,8 @@ namespace hw {
 // single precision, and the instance is not hit. Judged by the determinant against the columns' lengths.
 inline bool invertible(const float* m) {
   const double a[3] = {m[0], m[4], m[8]}, b[3] = {m[1], m[5], m[9]}, c[3] = {m[2], m[6], m[10]};
-  const double determinant = a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) +
-                             c[0] * (a[1] * b[2] - a[2] * b[1]);
+  const double determinant =
+      a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) + c[0] * (a[1] * b[2] - a[2] * b[1]);
   const auto length2 = [](const double* v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
   const double scale = std::sqrt(length2(a) * length2(b) * length2(c));
   if (!std::isfinite(m[3]) || !std::isfinite(m[7]) || !std::isfinite(m[11])) return false;

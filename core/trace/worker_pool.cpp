@@ -45,7 +45,8 @@ void WorkerPool::run_erased(std::uint32_t count, std::uint32_t chunk, const void
   const FlushDenormals flush;
   if (workers_.empty() || count <= chunk) {
     for (std::uint64_t begin = 0; begin < count; begin += chunk)
-      call(context, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(std::min<std::uint64_t>(begin + chunk, count)));
+      call(context, static_cast<std::uint32_t>(begin),
+           static_cast<std::uint32_t>(std::min<std::uint64_t>(begin + chunk, count)));
     return;
   }
   {
@@ -83,7 +84,8 @@ void WorkerPool::drain() {
   for (;;) {
     const std::uint64_t begin = next_.fetch_add(chunk_, std::memory_order_relaxed);
     if (begin >= count_) return;
-    call_(context_, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(std::min<std::uint64_t>(begin + chunk_, count_)));
+    call_(context_, static_cast<std::uint32_t>(begin),
+          static_cast<std::uint32_t>(std::min<std::uint64_t>(begin + chunk_, count_)));
   }
 }
 

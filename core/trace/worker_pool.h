@@ -29,8 +29,8 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
   int threads() const { return static_cast<int>(workers_.size()) + 1; }
 
-  // Calls work(begin, end) over [0, count) in chunks, on all threads, with denormals flushed; returns when all are done.
-  // `work` must not throw. One run at a time.
+  // Calls work(begin, end) over [0, count) in chunks, on all threads, with denormals flushed; returns when all are
+  // done. `work` must not throw. One run at a time.
   template <class Work>
   void run(std::uint32_t count, std::uint32_t chunk, const Work& work) {
     run_erased(count, chunk, &work, [](const void* context, std::uint32_t begin, std::uint32_t end) {
