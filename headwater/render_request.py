@@ -75,7 +75,7 @@ class Request:
     def blank(cls, file: str, **values) -> "Request":
         """A request that leaves to the file what `values` do not name."""
         given = dict.fromkeys(field.name for field in fields(cls))
-        given |= {"output": "", "exr_depth": "half", "bounces": {}, "no_clamp": False, "device": "", "tracer": "auto"}
+        given |= {"output": "", "exr_depth": "float", "bounces": {}, "no_clamp": False, "device": "", "tracer": "auto"}
         given |= {"threads": 0, "engine": "headwater", "autoexec": False}
         return cls(**(given | {"file": file} | values))
 
