@@ -28,7 +28,12 @@ void queue_push(uint64_t queue, uint path) {
 // A pass is compiled in only when some view layer asks for it.
 bool pass_on(uint pass) { return (HW_PASSES & (1u << pass)) != 0u; }
 
+// Radiance, and any pass's value, beyond what sums of many samples can hold. NaN is not below it either.
+const float HW_RESULT_LIMIT = 1e30;
+
+// A value that is not finite, or so large that sums would not be, counts as 0: one bad sample must not spoil a pixel.
 void result_add3(uint path, uint pass, vec3 v) {
+  v = abs(v.x) + abs(v.y) + abs(v.z) < HW_RESULT_LIMIT ? v : vec3(0.0);
   uint o = path * HW_FRAME.film_stride + HW_FRAME.pass_offset[pass];
   FloatBuffer r = FloatBuffer(HW_FRAME.results);
   r.at[o] += v.x;
@@ -50,11 +55,8 @@ vec3 clamp_contribution(vec3 v, float limit) {
 }
 
 // Adds light that arrived at the camera. `bounce` counts scatterings before the light: 0 seen directly, 1 direct light.
-// A value that is not finite is dropped: one bad sample must not spoil a pixel for good.
 void result_add_light(uint path, vec3 radiance, uint bounce, vec3 diffuse_share, vec3 glossy_share) {
   vec3 v = clamp_contribution(radiance, bounce > 1u ? HW_FRAME.clamp_indirect : HW_FRAME.clamp_direct);
-  bool finite = abs(v.x) + abs(v.y) + abs(v.z) < HW_INFINITY;
-  v = finite ? v : vec3(0.0);
   result_add3(path, HW_PASS_COMBINED, v);
   if (HW_LIGHT_PASSES) {
     if (bounce >= 1u) {
