@@ -139,8 +139,7 @@ def _sample(call, co, extension: str, box_blend=None):
     g, node = call.graph, call.node
     picture = node.image
     if picture is None:
-        # Cycles shows a node without an image as black, or its alpha as 0.
-        return g.zero
+        return g.one if call.wanted == "Alpha" else g.const(1.0, 0.0, 1.0)  # as a missing image in Cycles
     request = ImageRequest(picture, node.image_user.frame_current if picture.source in ("SEQUENCE", "MOVIE") else 0)
     if picture.source == "TILED":
         call.unsupported("UDIM tiles are not supported; the first tile is used")

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from .problems import SyncError
+from .problems import SyncError, naming
 
 # Cycles' aperture: radius = focal length / (2 f-number); orthographic cameras take 1 m as focal length.
 _MIN_FSTOP = 1e-5
@@ -104,7 +104,8 @@ class CameraSync:
             return False
         if not all(math.isfinite(value) for value in plane):
             raise SyncError(f"Camera '{name}': its lens, sensor or shift gives no picture plane")
-        self._scene.set_camera(kind, rows, plane, **settings)
+        with naming("Camera", name):
+            self._scene.set_camera(kind, rows, plane, **settings)
         self._last = now
         return True
 

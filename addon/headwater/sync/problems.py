@@ -22,7 +22,8 @@ def naming(kind: str, name: str):
     except Exception as error:
         text = str(error) or type(error).__name__
         # The core's SceneError names the object itself.
-        raise SyncError(text if name in text else f"{kind} '{name}': {text}") from error
+        named = f'"{name}"' in text or f"'{name}'" in text
+        raise SyncError(text if named else f"{kind} '{name}': {text}") from error
 
 
 class Notes:
