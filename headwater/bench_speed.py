@@ -160,6 +160,16 @@ def _per_sample(process: dict, key: str, samples) -> float:
     return (cost[many] - cost[few]) / (many - few)
 
 
+def _stages_per_sample(renders: list, samples) -> dict:
+    """Seconds a sample of each wavefront stage, by the same difference quotient."""
+    few, many = ([r["core"]["stages"] for r in renders if r["samples"] == count] for count in samples)
+    step = samples[1] - samples[0]
+    return {
+        name: (statistics.median(m[name] for m in many) - statistics.median(f.get(name, 0.0) for f in few)) / step
+        for name in many[0]
+    }
+
+
 def _stills_summary(processes: list, samples) -> dict:
     """Medians over processes; the first picture of each is kept apart from the others."""
     median = statistics.median
@@ -171,12 +181,10 @@ def _stills_summary(processes: list, samples) -> dict:
         "first_image_cpu_seconds": median(p["renders"][0]["cpu_seconds"] for p in processes),
         "peak_mib": median(p["peak_rss_bytes"] for p in processes) / 2**20,
     }
-    stages = [
-        r["core"]["stages"] for p in processes for r in p["renders"] if "core" in r and r["samples"] == samples[1]
-    ]
+    stages = [_stages_per_sample(p["renders"][1:], samples) for p in processes if "core" in p["renders"][0]]
     if stages:
         summary["stage_seconds_per_sample"] = {
-            name: median(s.get(name, 0.0) for s in stages) / samples[1] for name in stages[0]
+            name: median(found.get(name, 0.0) for found in stages) for name in stages[0]
         }
     return summary
 
