@@ -68,7 +68,17 @@ class Request:
             "seed",
             "integrator",
         )
-        names += ("estimator", "lights", "no_clamp", "device", "tracer", "threads", "memory_limit", "engine", "autoexec")
+        names += (
+            "estimator",
+            "lights",
+            "no_clamp",
+            "device",
+            "tracer",
+            "threads",
+            "memory_limit",
+            "engine",
+            "autoexec",
+        )
         return cls(output=output, passes=passes, bounces=bounces, **{name: getattr(args, name) for name in names})
 
     @classmethod

@@ -57,6 +57,7 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
         found = native.devices()
         if not found:
             box.label(text="No Vulkan device found", icon="ERROR")
+            box.label(text="Install your GPU's driver or, to render on the CPU, lavapipe (Debian: mesa-vulkan-drivers)")
         for device in found:
             row = box.row()
             usable = device.get("usable", True)
