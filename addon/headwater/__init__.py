@@ -2,8 +2,9 @@
 """Headwater for Blender: registers the render engine, its settings, panels and operators. Nothing else happens here."""
 
 from . import engine, kept, operators, preferences, presets, properties, ui
+from .sync import updates
 
-_modules = (preferences, properties, operators, presets, engine, kept, ui)
+_modules = (preferences, properties, operators, presets, engine, kept, updates, ui)
 
 
 def register():

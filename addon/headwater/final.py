@@ -18,6 +18,7 @@ import numpy as np
 
 from . import kept, native, options, passes, preferences, render_settings
 from .sync.problems import Cancelled, SyncError
+from .sync.state import SENT
 
 PICTURE_EVERY = 0.7  # seconds between intermediate pictures
 WAIT_MS = 50
@@ -120,6 +121,7 @@ def export(engine, depsgraph) -> Job:
         breathe,
         next_frame=again and not persistent,
         once=not (again or persistent),
+        build=state.session.sync,
     )
     state.graph = engine.token
     for note in state.sync.notes.take():
@@ -169,6 +171,9 @@ def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
     session = job.kept.session
     engine.update_stats("", "Building")
     synced = session.sync()
+    early = job.export["early"]
+    for count in SENT:  # what was sent beside the export was sent for this picture too
+        synced[count] = synced.get(count, 0) + early.pop(count, 0)
     result = engine.begin_result(
         0, 0, job.frame.region_width, job.frame.region_height, layer=depsgraph.view_layer.name, view=view
     )

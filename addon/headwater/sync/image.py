@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Image textures that materials use → core images: loaded once for each key, again when Blender says they changed."""
+"""Image textures that materials use → core images: loaded once for each key, again when Blender says they changed.
+
+Programs are sent before their images, for which missing ones stand in meanwhile: decoding is dear and needs Blender, so
+it is done while the core builds the geometry.
+"""
 
 import numpy as np
 
@@ -11,11 +15,13 @@ class ImageSync:
 
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
-        self._loaded: set[tuple] = set()
+        self._loaded: set[tuple] = set()  # the core has their pixels
+        self._placed: set[tuple] = set()  # the core has at least a stand-in
         self._seen: set[tuple] = set()
+        self._waiting: dict[tuple, object] = {}  # key → request
 
     def begin(self, updates) -> None:
-        self._seen = set()
+        self._seen, self._waiting = set(), {}
         self._loaded = {key for key in self._loaded if key[0] not in updates.images}
 
     def keep(self, keys) -> None:
@@ -23,26 +29,39 @@ class ImageSync:
         self._seen.update(keys)
 
     def require(self, request) -> tuple[int, tuple]:
-        """The core's id of an image a program asks for, and its key. Uploads it where the core has it not."""
+        """The core's id of an image a program asks for, and its key; `load` and `send` bring its pixels."""
         key = node_images.image_key(request)
         self._seen.add(key)
         number = self._ids.get(("image", *key))
         if key not in self._loaded:
-            pixels, settings = self._load(request)
-            self._scene.upsert_image(number, settings.pop("name"), pixels, **settings)
-            self._loaded.add(key)
+            self._waiting[key] = request
+            if key not in self._placed:
+                self._scene.upsert_image(number, request.image.name, None)
+                self._placed.add(key)
         return number, key
 
-    def _load(self, request):
-        loaded = node_images.load_pixels(request)
-        for note in loaded.notes:
-            self._notes.add(note)
-        pixels = None if loaded.pixels is None else np.ascontiguousarray(loaded.pixels)
-        return pixels, {"name": loaded.name, "srgb": loaded.srgb, "premultiplied": loaded.premultiplied}
+    def load(self, breathe) -> list[tuple]:
+        """Pixels of the images that are waiting, for `send`. Does not touch the core's scene."""
+        found = []
+        for key, request in self._waiting.items():
+            breathe()
+            found.append((key, node_images.load_pixels(request)))
+        self._waiting = {}
+        return found
+
+    def send(self, found: list[tuple]) -> None:
+        for key, loaded in found:
+            for note in loaded.notes:
+                self._notes.add(note)
+            pixels = None if loaded.pixels is None else np.ascontiguousarray(loaded.pixels)
+            number = self._ids.get(("image", *key))
+            self._scene.upsert_image(number, loaded.name, pixels, srgb=loaded.srgb, premultiplied=loaded.premultiplied)
+            self._loaded.add(key)
 
     def remove_unseen(self) -> None:
         """Removes images that no material of this sync uses."""
-        for key in self._loaded - self._seen:
+        for key in self._placed - self._seen:
             self._scene.remove_image(self._ids.get(("image", *key)))
             self._ids.forget(("image", *key))
             self._loaded.discard(key)
+            self._placed.discard(key)

@@ -28,6 +28,15 @@ class Group:
 
 
 @dataclass
+class Row:
+    """What one instance has of its own: views of a row of Collected's arrays."""
+
+    matrices: np.ndarray  # (1, 3, 4) float32
+    random_ids: np.ndarray  # (1,) uint32
+    keys: np.ndarray  # (1,) uint64
+
+
+@dataclass
 class Collected:
     groups: list[Group]
     index: np.ndarray  # (N,) group of each instance
@@ -57,7 +66,7 @@ def hash_rows(rows: np.ndarray) -> np.ndarray:
 def collect(depsgraph, enter, breathe) -> Collected:
     """All instances of the dependency graph, grouped.
 
-    `enter(instance, object, data, parent) -> Group` is called once for each group, while its Blender objects live.
+    `enter(row, object, data, parent) -> Group` is called once for each group, while its Blender objects live.
     `breathe()` is called now and then and may raise Cancelled.
     """
     instances = depsgraph.object_instances
@@ -90,7 +99,8 @@ def collect(depsgraph, enter, breathe) -> Collected:
                 continue
             breathe()
             group = known[where] = len(groups)
-            groups.append(enter(instance, obj, data, parent))
+            row = Row(matrices[i : i + 1], random_ids[i : i + 1], keys[i : i + 1])
+            groups.append(enter(row, obj, data, parent))
         index[i] = group
     return Collected(groups, index, matrices, random_ids, shown, keys)
 
@@ -169,7 +179,13 @@ class InstanceSync:
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._batches: dict[tuple, _Batch] = {}
+        self.edits = scene  # where edits go: build.Edits
         self.count = 0
+
+    def send_early(self, group: Group, row: Row) -> None:
+        """Sends an object's own instance before `sync` knows all of them, where that is of use."""
+        if self.edits.early and group.mesh.triangles and np.isfinite(row.matrices).all():
+            self._sync_batch(group.key, group, row.matrices, row.random_ids, row.keys)
 
     def sync(self, collected: Collected, breathe) -> None:
         """Sends what changed and removes what is gone."""
@@ -229,7 +245,7 @@ class InstanceSync:
     def _send(self, batch: _Batch, group: Group, matrices, random_ids) -> None:
         settings = dict(group.settings, moves=batch.moves)
         if group.single and len(matrices) == 1:
-            self._scene.upsert_instance(
+            self.edits.upsert_instance(
                 batch.first + int(batch.slots[0]),
                 group.mesh.id,
                 matrices[0],
@@ -242,7 +258,7 @@ class InstanceSync:
         slots = batch.slots[order]
         runs = np.flatnonzero(np.diff(slots) != 1) + 1
         for run in np.split(order, runs):
-            self._scene.upsert_instances(
+            self.edits.upsert_instances(
                 batch.first + int(batch.slots[run[0]]),
                 group.mesh.id,
                 np.ascontiguousarray(matrices[run]),

@@ -162,6 +162,7 @@ class MeshSync:
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._records: dict[tuple, MeshRecord] = {}
+        self.edits = scene  # where meshes go: build.Edits
         self.compare = True  # False: the scene is synced once only, so digests are not worth their time
         self.uploaded = 0
 
@@ -226,7 +227,7 @@ class MeshSync:
             if not len(vertices):
                 return 0
         names = [name for name, _, _ in attributes]
-        self._scene.upsert_mesh(
+        self.edits.upsert_mesh(
             record.id,
             mesh.name,
             positions,

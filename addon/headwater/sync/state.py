@@ -5,6 +5,7 @@ import time
 
 from ..nodes import compile_lamp, compile_material, compile_world
 from . import instance as instances
+from .build import Edits
 from .camera import CameraSync
 from .image import ImageSync
 from .instance import Group, InstanceSync
@@ -12,9 +13,10 @@ from .light import LightSync
 from .material import MaterialSync
 from .mesh import MAX_SLOTS, MeshSync
 from .problems import Notes, naming
-from .updates import Updates
+from .updates import Updates, edits_so_far
 from .world import WorldSync
 
+SENT = ("meshes_uploaded", "instances_uploaded", "bytes_uploaded")  # counts of a session's sync
 _NOT_YET = {
     "CURVES": "hair curves",
     "POINTCLOUD": "point clouds",
@@ -64,16 +66,22 @@ class SceneSync:
         self.world = WorldSync(scene, ids, notes, self._flags, self.images, compile_world)
         self.camera = CameraSync(scene, notes)
         self._complete = False
+        self._last_edit = 0
 
-    def sync(self, depsgraph, same_graph: bool, breathe=lambda: None, *, next_frame=False, once=False) -> dict:
+    def sync(
+        self, depsgraph, same_graph: bool, breathe=lambda: None, *, next_frame=False, once=False, build=None
+    ) -> dict:
         """Brings the core's scene up to date, all but the camera. Returns counts and seconds.
 
         `same_graph`: the dependency graph is the one of the last sync, so its `updates` tell what changed since.
         `next_frame`: nothing but time has passed since the last sync. `once`: there will be no other.
+        `build()`: Session.sync. On the first sync it is called on another thread while Blender's data is read, and the
+        result's "early" is the sum of what it returned (seconds that lie within the export's).
         `breathe()` is called often and may raise Cancelled; the next sync then compares everything.
         """
         start = time.perf_counter()
-        updates = Updates(depsgraph, same_graph and self._complete, next_frame and self._complete)
+        updates = Updates(depsgraph, same_graph and self._complete, next_frame and self._complete, self._last_edit)
+        self._last_edit = edits_so_far()
         self._complete = False
         self._sync += 1
         self.meshes.uploaded, self.meshes.compare = 0, not once
@@ -82,16 +90,34 @@ class SceneSync:
         self.materials.begin(updates, view_layer.material_override)
         world = getattr(view_layer, "world_override", None) or depsgraph.scene_eval.world
         with naming("World", world.name if world is not None else "none"):
-            self.world.sync(world)
+            self.world.prepare(world, updates)
         self.materials.sync(depsgraph)
         after_materials = time.perf_counter()
 
+        # With nothing synced before, further commits in this frame cannot take motion away.
+        edits = Edits(self.scene, build if self._sync == 1 else None)
+        self.meshes.edits = self.instances.edits = edits
+        try:
+            return self._sync_objects(depsgraph, updates, breathe, edits, (start, after_materials))
+        except BaseException:
+            edits.abandon()
+            raise
+
+    def _sync_objects(self, depsgraph, updates, breathe, edits: Edits, times) -> dict:
+        start, after_materials = times
         self.lights.begin()
         frame = _Frame(self, updates, depsgraph.view_layer)
         collected = instances.collect(depsgraph, frame.enter, breathe)
         after_meshes = time.perf_counter()
 
         self.instances.sync(collected, breathe)
+        edits.start_last()
+        found = self.images.load(breathe)
+        after_images = time.perf_counter()
+        edits.finish()
+        self.images.send(found)
+        with naming("World", self.world.name):
+            self.world.apply()
         for number, group in enumerate(collected.groups):
             if group.kind == "LIGHT":
                 self._place_lights(group, number, collected)
@@ -104,7 +130,8 @@ class SceneSync:
         self.seconds = {
             "materials": after_materials - start,
             "meshes": after_meshes - after_materials,
-            "instances": end - after_meshes,
+            "images": after_images - after_meshes,
+            "instances": end - after_images,
         }
         return {
             "seconds": end - start,
@@ -113,6 +140,7 @@ class SceneSync:
             "instances": self.instances.count,
             "lights": self.lights.count,
             "meshes_uploaded": self.meshes.uploaded,
+            "early": _sum(edits.built),
         }
 
     def _place_lights(self, group: Group, number: int, collected) -> None:
@@ -121,6 +149,12 @@ class SceneSync:
                 self.lights.place(
                     (*group.key, int(collected.keys[i])), group.name, group.settings, collected.matrices[i]
                 )
+
+
+def _sum(reports: list[dict]) -> dict:
+    """What several syncs of a session cost and sent."""
+    names = ("upload_seconds", "build_seconds", "lights_seconds", *SENT)
+    return {name: sum(report.get(name, 0) for report in reports) for name in names} if reports else {}
 
 
 class _Frame:
@@ -133,15 +167,15 @@ class _Frame:
         self._keys: dict[int, tuple] = {}  # data pointer → mesh key, within this sync only
         self._taken: set[tuple] = set()
 
-    def enter(self, instance, obj, data, parent) -> Group:
-        """The group of an instance seen for the first time; exports its mesh if need be."""
+    def enter(self, row, obj, data, parent) -> Group:
+        """The group of an instance seen for the first time (instance.Row); exports its mesh if need be."""
         kind = obj.type
         if kind == "LIGHT":
             with naming("Light", obj.name):
                 return self._light(obj, parent)
         if kind == "MESH":
             with naming("Object", obj.name):
-                return self._geometry(obj, data, parent)
+                return self._geometry(row, obj, data, parent)
         # Curves, surfaces, text and metaballs come once as themselves and once as an instance of the mesh made of them.
         if kind in _NOT_YET:
             self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')")
@@ -178,11 +212,12 @@ class _Frame:
         self._keys[pointer] = key
         return key
 
-    def _geometry(self, obj, data, parent) -> Group:
+    def _geometry(self, row, obj, data, parent) -> Group:
         state, sync = self._state, self._state._sync
         key = self._mesh_key(obj, data, parent)
         obj_uid, parent_uid = self._uids(obj, parent)
-        changed = self._updates.geometry_changed(obj_uid, parent_uid, obj.original.data.session_uid)
+        still = key[0] == "mesh" and obj.original.data.animation_data is None
+        changed = self._updates.geometry_changed(still, obj_uid, parent_uid, obj.original.data.session_uid)
         slot_count = max(len(obj.material_slots), len(data.materials), 1)
         record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
         if record is None and data.is_editmode:
@@ -191,7 +226,7 @@ class _Frame:
             obj.to_mesh_clear()
         elif record is None:
             record = state.meshes.upsert(key, data, slot_count, self._wanted, sync)
-        return Group(
+        group = Group(
             "MESH",
             (obj_uid, parent_uid, *key),
             obj.name,
@@ -201,6 +236,10 @@ class _Frame:
             or (parent is not None and instances.is_animated(parent.original)),
             single=parent is None,
         )
+        if parent is None and obj.original.data.users == 1:
+            # Alone of its mesh: its place can be told before the other objects are looked at.
+            state.instances.send_early(group, row)
+        return group
 
     def _instance_settings(self, obj, data, parent) -> dict:
         state, flags = self._state, self._state._flags

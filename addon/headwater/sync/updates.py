@@ -2,25 +2,34 @@
 """What Blender says changed since the last sync.
 
 `depsgraph.updates` can be believed only when this sync and the last one saw the same dependency graph (persistent data,
-viewport): a new graph says that everything changed. Otherwise arrays are compared by digest (mesh.py).
+viewport): a new graph says that everything changed. Otherwise arrays are compared by digest (mesh.py), but for those
+that time does not change in an animation that is being rendered: only an artist can edit those meanwhile, and a
+handler notes it.
 """
 
 import bpy
+from bpy.app.handlers import persistent
+
+_SHARED = -1  # stands for all node groups and images: no data-block has this session_uid
+_edits: dict[int, int] = {}  # session_uid → number of its last edit that can matter
+_edit_count = 0
 
 
 class Updates:
     """Identifiers (`session_uid`) of what changed. `trusted` False: unknown, compare.
 
-    `next_frame`: nothing but time has passed since the last sync, so only what is animated may have changed. Meshes are
-    compared all the same: their data may be written by handlers and caches.
+    `next_frame`: nothing but time has passed since the last sync, so only what is animated may have changed, and what
+    was edited since `last_edit` (edits_so_far() then).
     """
 
-    def __init__(self, depsgraph, trusted: bool, next_frame: bool = False):
+    def __init__(self, depsgraph, trusted: bool, next_frame: bool = False, last_edit: int = 0):
         self.trusted = trusted
+        self._last_edit = last_edit
         self.next_frame = next_frame and not trusted and not _handlers()
         self.geometry: set[int] = set()
         self.materials: set[int] = set()
         self.images: set[int] = set()
+        self.worlds: set[int] = set()
         self.any_material = not trusted
         if not trusted:
             return
@@ -29,6 +38,8 @@ class Updates:
             uid = block.original.session_uid
             if isinstance(block, bpy.types.Material):
                 self.materials.add(uid)
+            elif isinstance(block, bpy.types.World):
+                self.worlds.add(uid)
             elif isinstance(block, bpy.types.Image):
                 self.images.add(uid)
                 self.any_material = True
@@ -39,23 +50,66 @@ class Updates:
             if update.is_updated_geometry:
                 self.geometry.add(uid)
 
-    def geometry_changed(self, *uids: int) -> bool:
-        """Whether the geometry of any of these data-blocks may have changed."""
+    def geometry_changed(self, still: bool, *uids: int) -> bool:
+        """Whether the geometry of any of these data-blocks may have changed. `still`: time does not change it."""
+        if self.next_frame and still:
+            return self._edited(*uids)
         return not self.trusted or any(uid in self.geometry for uid in uids)
 
     def material_changed(self, material) -> bool:
         """Whether an evaluated material may compile to something else than at the last sync."""
         original = material.original
         if self.next_frame:
-            return changes_with_time(original)
+            return changes_with_time(original) or self._edited(original.session_uid, _SHARED)
         return self.any_material or original.session_uid in self.materials
+
+    def _edited(self, *uids: int) -> bool:
+        return any(_edits.get(uid, 0) > self._last_edit for uid in uids)
+
+    def world_changed(self, world) -> bool:
+        """The same for an evaluated world, or None."""
+        if world is None:
+            return False
+        if self.next_frame:
+            return changes_with_time(world.original) or self._edited(world.original.session_uid, _SHARED)
+        return self.any_material or world.original.session_uid in self.worlds
+
+
+def edits_so_far() -> int:
+    """Number of the last edit that the handler saw."""
+    return _edit_count
+
+
+@persistent
+def _note_edits(_scene, depsgraph):
+    global _edit_count
+    for update in depsgraph.updates:
+        block = update.id
+        if isinstance(block, (bpy.types.NodeTree, bpy.types.Image)):
+            uid = _SHARED  # who uses it is not said
+        elif update.is_updated_geometry or isinstance(block, (bpy.types.Material, bpy.types.World)):
+            uid = block.original.session_uid
+        else:
+            continue
+        _edit_count += 1
+        _edits[uid] = _edit_count
+
+
+def register():
+    bpy.app.handlers.depsgraph_update_post.append(_note_edits)
+
+
+def unregister():
+    if _note_edits in bpy.app.handlers.depsgraph_update_post:
+        bpy.app.handlers.depsgraph_update_post.remove(_note_edits)
+    _edits.clear()
 
 
 def _handlers() -> bool:
-    """Whether scripts run at a frame change: they may write anything."""
+    """Whether other scripts run at a frame change: they may write anything."""
     handlers = bpy.app.handlers
     names = ("frame_change_pre", "frame_change_post", "depsgraph_update_pre", "depsgraph_update_post", "render_pre")
-    return any(len(getattr(handlers, name)) for name in names)
+    return any(handler is not _note_edits for name in names for handler in getattr(handlers, name))
 
 
 def _is_driven(block) -> bool:

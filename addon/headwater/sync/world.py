@@ -30,20 +30,28 @@ class WorldSync:
         self._material = ids.get(("world-material",))
         self._has_material = False
         self._last = None
+        self._next = None
+        self._uid = -1
         self._image_keys: tuple = ()
 
-    def sync(self, world) -> None:
-        """`world`: evaluated, or None for darkness."""
+    def prepare(self, world, updates) -> None:
+        """Compiles a world (evaluated, or None for darkness) and asks for its images. `apply` then sends it."""
+        uid = world.original.session_uid if world is not None else 0
+        if self._next is not None and uid == self._uid and not updates.world_changed(world):
+            self._images.keep(self._image_keys)
+            return
+        self._uid, self._image_keys = uid, ()
         if world is None:
-            self._set("World", (0.0, 0.0, 0.0), None, (), True, 0, self._flags["HW_LIGHT_CAMERA"])
+            self._next = ("World", (0.0, 0.0, 0.0), None, (), True, 0, self._flags["HW_LIGHT_CAMERA"])
             return
         sample, width = sampling(world)
         compiled = self._compile(world)
         for note in compiled.notes:
             self._notes.add(note)
         required = [self._images.require(request) for request in compiled.images]
+        self._image_keys = tuple(key for _, key in required)
         program = compiled.program if compiled.program is not None and len(compiled.program) else None
-        self._set(
+        self._next = (
             world.name,
             tuple(float(c) for c in compiled.emission),
             None if program is None else (program, compiled.constants, compiled.flags),
@@ -52,6 +60,14 @@ class WorldSync:
             width,
             world_flags(world, self._flags),
         )
+
+    @property
+    def name(self) -> str:
+        return self._next[0]
+
+    def apply(self) -> None:
+        """Sends what was prepared, once its images are there: the importance map is made from them."""
+        self._set(*self._next)
 
     def _set(self, name, color, program, images, sample, width, flags) -> None:
         parts = None if program is None else (program[0].tobytes(), program[1].tobytes(), program[2])

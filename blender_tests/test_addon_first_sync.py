@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The first sync, where the core builds beside the reading of Blender's data, and frames after it in an animation."""
+
+import pytest
+from bpy_process import run
+
+
+def test_edits_wait_while_a_build_runs(tmp_path):
+    facts = run(
+        """
+        import threading, time
+        from headwater_addon_name.sync import build
+        build.FIRST_BATCH = build.LAST_BATCH = 10
+        class Scene:
+            def __init__(self): self.log, self.building = [], False
+            def upsert_mesh(self, number, name, *rest):
+                assert not self.building
+                if name == "bad": raise ValueError("bad mesh")
+                self.log.append(number)
+            def upsert_instance(self, number, *rest):
+                assert not self.building
+                self.log.append(-number)
+        def edits(go):
+            scene = Scene()
+            def work():
+                scene.building = True
+                go.wait(20)
+                scene.building = False
+                return {"meshes": len(scene.log)}
+            return scene, build.Edits(scene, work)
+        triangles = np.zeros((12, 3))
+        go = threading.Event()
+        scene, queue = edits(go)
+        queue.upsert_mesh(1, "a", None, triangles)
+        queue.upsert_instance(1, 1)
+        queue.upsert_mesh(2, "b", None, triangles)
+        during = list(scene.log)
+        go.set()
+        queue.finish()
+        after, built = list(scene.log), list(queue.built)
+        scene, queue = edits(go)
+        queue.upsert_mesh(3, "a", None, triangles[:3])
+        queue.start_last()
+        small = len(queue.built)
+        errors = []
+        go.clear()
+        queue.upsert_mesh(4, "a", None, triangles)
+        queue.upsert_mesh(5, "bad", None, triangles)
+        go.set()
+        try: queue.finish()
+        except ValueError as error: errors.append(str(error))
+        queue.abandon()
+        def fail(): raise MemoryError("no room")
+        queue = build.Edits(Scene(), fail)
+        queue.upsert_mesh(6, "a", None, triangles)
+        try: queue.finish()
+        except MemoryError as error: errors.append(str(error))
+        straight = build.Edits(scene)
+        straight.upsert_mesh(7, "a", None, triangles)
+        straight.start_last(); straight.finish()
+        show(during=during, after=after, built=built, small=small, errors=errors, straight=scene.log[-1],
+             threads=threading.active_count())
+        """.replace("headwater_addon_name", _module()),
+        tmp_path,
+    )
+    assert facts["during"] == [1] and facts["after"] == [1, -1, 2]
+    assert facts["built"] == [{"meshes": 1}], "one build, of what was there when it began"
+    assert facts["small"] == 0, "not worth a build of its own"
+    assert facts["errors"] == ["bad mesh", "no room"]
+    assert facts["straight"] == 7 and facts["threads"] == 1
+
+
+def _module() -> str:
+    import headwater.blender
+
+    return headwater.blender.MODULE
+
+
+_TEXTURED = """
+import importlib
+build = importlib.import_module(hb.MODULE + ".sync.build")
+image = bpy.data.images.new("checks", 8, 8)
+image.pixels.foreach_set(np.random.default_rng(1).random(256).astype(np.float32))
+image.update(); image.pack()
+material = bpy.data.materials.new("m"); material.use_nodes = True
+tree = material.node_tree
+texture = tree.nodes.new("ShaderNodeTexImage"); texture.image = image
+tree.links.new(texture.outputs[0], tree.nodes["Principled BSDF"].inputs["Base Color"])
+bpy.data.objects["Cube"].data.materials[0] = material
+environment = bpy.data.worlds["World"].node_tree
+sky = environment.nodes.new("ShaderNodeTexEnvironment"); sky.image = image
+environment.links.new(sky.outputs[0], environment.nodes["Background"].inputs[0])
+for i in range(5):
+    bpy.ops.mesh.primitive_uv_sphere_add(location=(i - 2, -2, 0), radius=0.4)
+    bpy.context.object.data.materials.append(material)
+twin = bpy.context.object.copy(); twin.location.z = 2; scene.collection.objects.link(twin)
+"""
+
+
+def test_early_builds_change_no_bit_of_the_picture(tmp_path):
+    facts = run(
+        _TEXTURED
+        + """
+facts = []
+final = importlib.import_module(hb.MODULE + ".final")
+final.observers.append(lambda event, what: facts.append(what) if event == "frame" else None)
+scene.render.image_settings.file_format = "OPEN_EXR"
+scene.view_layers[0].use_pass_vector = True
+scene.frame_start, scene.frame_end = 1, 2
+pictures = []
+for first in (10**9, 1000):
+    build.FIRST_BATCH, build.LAST_BATCH = first, first
+    scene.render.filepath = f"{tmp}/p{first}_"
+    bpy.ops.render.render(animation=True)
+    for frame in (1, 2):
+        loaded = bpy.data.images.load(f"{tmp}/p{first}_{frame:04d}.exr")
+        pixels = np.empty(len(loaded.pixels), np.float32); loaded.pixels.foreach_get(pixels)
+        pictures.append(pixels)
+sent = [{k: f["sync"][k] for k in ("meshes_uploaded", "instances_uploaded")} for f in facts]
+show(same=[bool(np.array_equal(pictures[i], pictures[i + 2])) for i in (0, 1)], bright=float(pictures[0].mean()),
+     sent=sent)
+""",
+        tmp_path,
+        fake=False,
+        timeout=300,
+    )
+    assert facts["same"] == [True, True] and facts["bright"] > 0.05
+    late, _, early, second = facts["sent"]
+    assert late["meshes_uploaded"] == early["meshes_uploaded"] == 6
+    assert early["instances_uploaded"] > late["instances_uploaded"], "the second picture was made with several builds"
+    assert second["meshes_uploaded"] == second["instances_uploaded"] == 0
+
+
+@pytest.mark.parametrize("edit", ["mesh", "material", "world", "group", "none"])
+def test_edits_between_frames_are_seen(tmp_path, edit):
+    edits = {
+        "mesh": "cube.data.vertices[0].co.z += 1; cube.data.update()",
+        "material": "material.node_tree.nodes['Principled BSDF'].inputs['Roughness'].default_value = 0.9",
+        "world": "bpy.data.worlds['World'].node_tree.nodes['Background'].inputs[1].default_value = 3",
+        "group": "group.nodes[0].outputs[0].default_value = 4",
+        "none": "pass",
+    }
+    facts = run(
+        _TEXTURED
+        + f"""
+final = importlib.import_module(hb.MODULE + ".final")
+cube = bpy.data.objects["Cube"]
+group = bpy.data.node_groups.new("g", "ShaderNodeTree")
+group.interface.new_socket("v", in_out="OUTPUT", socket_type="NodeSocketFloat")
+value = group.nodes.new("ShaderNodeValue"); out = group.nodes.new("NodeGroupOutput")
+group.links.new(value.outputs[0], out.inputs[0])
+node = tree.nodes.new("ShaderNodeGroup"); node.node_tree = group
+tree.links.new(node.outputs[0], tree.nodes["Principled BSDF"].inputs["IOR"])
+def edit(event, facts):
+    if event == "frame" and facts["frame"] == 1:
+        {edits[edit]}
+        bpy.context.view_layer.update()
+final.observers.append(edit)
+scene.frame_start, scene.frame_end = 1, 3
+bpy.ops.render.render(animation=True)
+show(kinds=[sorted({{name for name, _ in frame}}) for frame in core.sessions[-1].edits])
+""",
+        tmp_path,
+    )
+    expected = {
+        "mesh": ["mesh"],
+        "material": ["material"],
+        "world": ["material", "world"],
+        "group": ["material"],
+        "none": [],
+    }
+    assert len(facts["kinds"]) == 3
+    assert facts["kinds"][1] == expected[edit] and facts["kinds"][2] == []
