@@ -6,6 +6,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "lib/camera.h"
+
 namespace hw {
 
 const std::vector<PassInfo>& pass_table() {
@@ -128,6 +130,8 @@ void Film::resolve(const std::vector<float>& sums, const PassInfo& pass, const S
       }
       out[i * n + c] = v;
     }
+    // Where the first sample met nothing, or a holdout, nothing was written: far away.
+    if (pass.bit == HW_PASS_DEPTH && count && out[i] == 0.0f) out[i] = HW_DEPTH_MISS;
     if (pass.bit == HW_PASS_COMBINED) out[i * 4 + 3] = in[3] * (count ? 1.0f / float(count) : 0.0f);  // alpha is not exposed
   }
 }

@@ -12,6 +12,12 @@ void found_light(uint path, PathState state, vec3 radiance, float weight) {
     diffuse = split.diffuse;
     glossy = split.glossy;
   }
+  // Until a surface has given its own, the denoising albedo of what shines is its light, as in Cycles.
+  if (HW_FEATURE_PASSES) {
+    if (pass_on(HW_PASS_DENOISING_ALBEDO) && (state.flags & HW_PATH_FEATURES_DONE) == 0u)
+      result_add3(path, HW_PASS_DENOISING_ALBEDO,
+                  SplitArray(HW_FRAME.splits).at[path].feature * state.throughput * radiance * weight);
+  }
   result_add_light(path, state.throughput * radiance * weight, path_bounce(state.bounces), diffuse, glossy);
 }
 #endif

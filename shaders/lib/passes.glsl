@@ -30,6 +30,18 @@ vec4 motion_vector(vec3 P, vec3 previous) {
   return vec4(before - now, now - before);
 }
 
+// The mean normal of what reflects or transmits.
+vec3 closures_normal(ClosureList list, ShadingGeometry sg) {
+  vec3 normal = vec3(0.0);
+  for (uint i = 0u; i < list.count; ++i) {
+    Closure c = HW_CLOSURE_AT(list, i);
+    bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
+    normal += through ? vec3(0.0) : c.N * ((c.weight.x + c.weight.y + c.weight.z) * (1.0 / 3.0));
+  }
+  return dot(normal, normal) > 0.0 ? normalize(normal) : sg.Ns;
+}
+
+// Of the first surface that is opaque enough (the view layer's alpha threshold).
 void write_surface_passes(uint path, PathState state, Hit hit, SurfaceGeometry g, ClosureList list, ShadingGeometry sg) {
   bool first_sample = state.sample_index == HW_FRAME.first_sample_of_render;
   CameraRecord camera = HW_ROOT.camera;
@@ -50,11 +62,14 @@ void write_surface_passes(uint path, PathState state, Hit hit, SurfaceGeometry g
     r.at[o + 2u] += v.z;
     r.at[o + 3u] += v.w;
   }
+  if (pass_on(HW_PASS_NORMAL)) result_add3(path, HW_PASS_NORMAL, closures_normal(list, sg));
+}
 
+// Of every surface seen straight or through transparent ones, by its share. The mist pass starts at 1 and gives way.
+void write_share_passes(uint path, PathState state, SurfaceGeometry g, ClosureList list, ShadingGeometry sg, vec3 alpha) {
   const uint colour_passes =
-      1u << HW_PASS_NORMAL | 1u << HW_PASS_DIFFUSE_COLOR | 1u << HW_PASS_GLOSSY_COLOR | 1u << HW_PASS_TRANSMISSION_COLOR;
+      1u << HW_PASS_DIFFUSE_COLOR | 1u << HW_PASS_GLOSSY_COLOR | 1u << HW_PASS_TRANSMISSION_COLOR;
   if ((HW_PASSES & colour_passes) != 0u) {
-    vec3 normal = vec3(0.0);
     vec3 diffuse = vec3(0.0), glossy = vec3(0.0), transmission = vec3(0.0);
     for (uint i = 0u; i < list.count; ++i) {
       Closure c = HW_CLOSURE_AT(list, i);
@@ -65,22 +80,23 @@ void write_surface_passes(uint path, PathState state, Hit hit, SurfaceGeometry g
       diffuse += is_diffuse ? reflected : vec3(0.0);
       glossy += is_diffuse ? vec3(0.0) : reflected;
       transmission += is_diffuse ? vec3(0.0) : transmitted;
-      normal += through ? vec3(0.0) : c.N * ((c.weight.x + c.weight.y + c.weight.z) * (1.0 / 3.0));
     }
     vec3 t = state.throughput;
-    if (pass_on(HW_PASS_NORMAL)) result_add3(path, HW_PASS_NORMAL, dot(normal, normal) > 0.0 ? normalize(normal) : sg.Ns);
     if (pass_on(HW_PASS_DIFFUSE_COLOR)) result_add3(path, HW_PASS_DIFFUSE_COLOR, t * diffuse);
     if (pass_on(HW_PASS_GLOSSY_COLOR)) result_add3(path, HW_PASS_GLOSSY_COLOR, t * glossy);
     if (pass_on(HW_PASS_TRANSMISSION_COLOR)) result_add3(path, HW_PASS_TRANSMISSION_COLOR, t * transmission);
   }
   if (pass_on(HW_PASS_MIST)) {
     float depth = HW_FRAME.mist_inverse_depth > 0.0 ? 1.0 / HW_FRAME.mist_inverse_depth : 0.0;
-    result_add1(path, HW_PASS_MIST, camera_mist(camera, g.P, HW_FRAME.mist_start, depth, HW_FRAME.mist_falloff));
+    float mist = camera_mist(HW_ROOT.camera, g.P, HW_FRAME.mist_start, depth, HW_FRAME.mist_falloff);
+    vec3 share = state.throughput * alpha;
+    result_add1(path, HW_PASS_MIST, (mist - 1.0) * (share.x + share.y + share.z) * (1.0 / 3.0));
   }
 }
 
 // Denoising normal and albedo, at the first surface that is not mostly mirror-like: a mirror shows what it reflects.
-// Cycles' rule: at least a quarter of the sample weight must be rough. The normal is in camera space.
+// Cycles' rule: at least a quarter of the sample weight must be rough. The normal is in camera space,
+// which looks along +Z there.
 // Returns true when they have been written.
 bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
   vec3 normal = vec3(0.0), rough = vec3(0.0), specular = vec3(0.0);
@@ -92,7 +108,7 @@ bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
     only_transparent = only_transparent && through;
     bool is_rough = closure_roughness2(c) > 0.075 * 0.075;
     vec3 albedo = through ? c.weight : closure_albedo(c, sg.wo, true, true);
-    normal += through ? vec3(0.0) : c.N * c.sample_weight;
+    normal += (through ? sg.Ns : c.N) * c.sample_weight;
     weight += c.sample_weight;
     rough_weight += is_rough ? c.sample_weight : 0.0;
     rough += is_rough ? albedo : vec3(0.0);
@@ -110,7 +126,7 @@ bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
   vec3 y = vec3(camera.camera_to_world[1], camera.camera_to_world[5], camera.camera_to_world[9]);
   vec3 z = vec3(camera.camera_to_world[2], camera.camera_to_world[6], camera.camera_to_world[10]);
   if (pass_on(HW_PASS_DENOISING_NORMAL))
-    result_add3(path, HW_PASS_DENOISING_NORMAL, vec3(dot(x, normal), dot(y, normal), dot(z, normal)));
+    result_add3(path, HW_PASS_DENOISING_NORMAL, vec3(dot(x, normal), dot(y, normal), -dot(z, normal)));
   if (pass_on(HW_PASS_DENOISING_ALBEDO)) result_add3(path, HW_PASS_DENOISING_ALBEDO, feature * rough);
   return true;
 }

@@ -22,6 +22,10 @@ void main() {
 
   vec2 offset = filter_sample(HW_FRAME.filter_type, HW_FRAME.filter_width,
                               sampler_2d(hash, index, HW_DIM_FILTER, HW_FRAME.seed));
+  // Passes of one sample show the pixel's centre, as Cycles' do; without them no sample is spent on it.
+  const uint centre_passes =
+      1u << HW_PASS_DEPTH | 1u << HW_PASS_POSITION | 1u << HW_PASS_OBJECT_INDEX | 1u << HW_PASS_MATERIAL_INDEX;
+  if ((HW_PASSES & centre_passes) != 0u && index == HW_FRAME.first_sample_of_render) offset = vec2(0.0);
   vec2 raster = (vec2(x, y) + 0.5 + offset) / vec2(HW_FRAME.width, HW_FRAME.height);
   CameraRecord camera = HW_ROOT.camera;
   vec2 lens = vec2(0.5);
@@ -54,6 +58,7 @@ void main() {
   FloatBuffer results = FloatBuffer(HW_FRAME.results);
   for (uint c = 0u; c < stride; ++c) results.at[path * stride + c] = 0.0;
   results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
+  if (pass_on(HW_PASS_MIST)) results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_MIST]] = 1.0;  // less what surfaces show
   if (HW_LIGHT_PASSES || HW_FEATURE_PASSES) {
     PathSplit split;
     split.feature = vec3(1.0);

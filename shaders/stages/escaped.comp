@@ -27,10 +27,6 @@ void missed(uint path, PathState state, vec3 direction) {
     float choice = world_choice_pdf();
     if (mis && choice > 0.0) weight = mis_power(state.mis_pdf, choice * world_pdf(HW_ROOT.world, direction));
   }
-  if ((state.flags & HW_PATH_FIRST_DONE) == 0u) {
-    if (pass_on(HW_PASS_DEPTH) && state.sample_index == HW_FRAME.first_sample_of_render) result_add1(path, HW_PASS_DEPTH, HW_DEPTH_MISS);
-    if (pass_on(HW_PASS_MIST)) result_add1(path, HW_PASS_MIST, 1.0);
-  }
   if (pass_on(HW_PASS_ENVIRONMENT) && path_bounce(state.bounces) == 0u)
     result_add3(path, HW_PASS_ENVIRONMENT, state.throughput * world);
   if (cut_out) {

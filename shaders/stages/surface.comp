@@ -15,6 +15,15 @@ layout(local_size_x = 64) in;
 
 // out_queue: paths with closures to shade.
 
+// Leaves the transparent closure alone, which is the last one where there is one. Returns how many closures are left.
+uint keep_transparent(ClosureList list, uint count) {
+  if (!HW_HAS(HW_FEATURE_TRANSPARENT) || count == 0u) return 0u;
+  Closure last = HW_CLOSURE_AT(list, count - 1u);
+  if (closure_type(last) != HW_CLOSURE_TRANSPARENT) return 0u;
+  HW_CLOSURE_AT(list, 0u) = last;
+  return 1u;
+}
+
 void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   SurfaceGeometry g = surface_geometry(hit, true);
   vec3 wo = -ray.direction;
@@ -58,8 +67,19 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   surface.closures = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), 0u);
   material_eval(inputs, surface);
 
+  // A holdout cuts its opaque share out of the film; an object that is one shows nothing but what is behind it.
+  bool film_background = (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u;
+  bool holdout = film_background && (g.instance_flags & HW_INSTANCE_HOLDOUT) != 0u;
+  vec3 alpha = vec3(1.0) - surface.transparency;
+  vec3 cut = holdout ? alpha : surface.holdout;
+  if (film_background) {
+    vec3 gone = state.throughput * cut;
+    result_add1_at(path, HW_PASS_COMBINED, 3u, -(gone.x + gone.y + gone.z) * (1.0 / 3.0));
+    if (cut == vec3(1.0)) return;
+  }
+
   // Emission, weighed against having sampled this triangle from the last vertex.
-  if (surface.emission.x + surface.emission.y + surface.emission.z > 0.0) {
+  if (surface.emission.x + surface.emission.y + surface.emission.z > 0.0 && !holdout) {
     float weight = 1.0;
     uint light_offset = InstanceTable(HW_ROOT.instances).at[hit.instance].light_offset;
     if (state.mis_pdf > 0.0 && light_offset != HW_NONE) {
@@ -74,23 +94,18 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
     found_light(path, state, surface.emission, weight);
   }
 
-  bool film_background = (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u;
-  bool holdout = (g.instance_flags & HW_INSTANCE_HOLDOUT) != 0u;
-  float cut = holdout ? 1.0 : (surface.holdout.x + surface.holdout.y + surface.holdout.z) * (1.0 / 3.0);
-  if (film_background && cut > 0.0 && (HW_FRAME.transparent_film & 1u) != 0u) {
-    float mean = (state.throughput.x + state.throughput.y + state.throughput.z) * (1.0 / 3.0);
-    result_add1_at(path, HW_PASS_COMBINED, 3u, -cut * mean);
-  }
-  if (film_background && holdout) return;
-
   uint count = surface.closures.count;
-  if (first) {
-    float through = (surface.transparency.x + surface.transparency.y + surface.transparency.z) * (1.0 / 3.0);
-    if (1.0 - through >= HW_FRAME.pass_alpha_threshold || HW_FRAME.pass_alpha_threshold <= 0.0) {
+  if (holdout) count = keep_transparent(surface.closures, count);
+  surface.closures.count = count;
+
+  if (first && film_background) {
+    float opaque = (alpha.x + alpha.y + alpha.z) * (1.0 / 3.0);
+    if (opaque >= HW_FRAME.pass_alpha_threshold || HW_FRAME.pass_alpha_threshold <= 0.0) {
       write_surface_passes(path, state, hit, g, surface.closures, sg);
       state.flags |= HW_PATH_FIRST_DONE;
     }
   }
+  if (film_background) write_share_passes(path, state, g, surface.closures, sg, alpha);
 
   if (HW_FEATURE_PASSES) {
     if ((state.flags & HW_PATH_FEATURES_DONE) == 0u) {
@@ -101,11 +116,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   // Bounce limits. Past the last bounce only what goes straight through is left.
   if ((state.flags & HW_PATH_NO_TRANSPARENT) != 0u) return;
   if ((state.flags & HW_PATH_EMISSION_ONLY) != 0u) {
-    if (!HW_HAS(HW_FEATURE_TRANSPARENT) || count == 0u) return;
-    Closure last = HW_CLOSURE_AT(surface.closures, count - 1u);
-    if (closure_type(last) != HW_CLOSURE_TRANSPARENT) return;
-    HW_CLOSURE_AT(surface.closures, 0u) = last;
-    count = 1u;
+    count = keep_transparent(surface.closures, count);
   }
   if (count == 0u) return;
 
