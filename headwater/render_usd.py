@@ -63,13 +63,15 @@ def render_usd(request, progress, stats) -> None:
     """Renders every frame of the request. Stops after the current picture when interrupted; it is then partial."""
     from headwater.usd_scene import StageSync, open_stage
     from headwater.usd_scene.camera import find_camera
+    from headwater.usd_scene.stage import reading
 
     started = time.perf_counter()
     opened = open_stage(request.file)
-    camera = find_camera(opened.stage, request.camera)
     frames = request.frames if request.frames is not None else [opened.first_frame]
     first = frames[0]
-    width, height = request.size or default_size(opened.stage, camera, first)
+    with reading(request.file):
+        camera = find_camera(opened.stage, request.camera)
+        width, height = request.size or default_size(opened.stage, camera, first)
     passes = request.passes or ["Combined"]
     settings = render_settings(request, width, height, passes)
     core = load()
@@ -90,14 +92,22 @@ def render_usd(request, progress, stats) -> None:
         started = time.perf_counter()
         output = request.frame_output(int(frame))
         progress.update(f"frame {frame:g}", {"stage": "reading the stage"}, force=True)
-        scene_seconds = sync.sync(frame, aspect=width / height, camera=request.camera)
-        synced = {"scene_seconds": scene_seconds, **session.sync()}
+        with reading(request.file):
+            scene_seconds = sync.sync(frame, aspect=width / height, camera=request.camera)
+        synced = {"scene_seconds": scene_seconds, **_upload(session)}
         _render_frame(session, settings, f"frame {frame:g}", progress)
         pixels = {name: session.read(name) for name in passes}
         write(output, pixels, request)
         layer = {"view_layer": "ViewLayer", "sync": synced, "render": session.stats()}
         stats.add_frame(frame, output, [layer], time.perf_counter() - started, cancelled=interrupt.requested())
         progress.note(f"{output}  {time.perf_counter() - started:.1f}s")
+
+
+def _upload(session) -> dict:
+    try:
+        return session.sync()
+    except RuntimeError as error:  # DeviceError, OutOfMemory: the core's own sentence
+        raise UserError(first_line(error)) from error
 
 
 def _render_frame(session, settings, label, progress):

@@ -5,6 +5,7 @@ Stage space to Headwater's: metres and Z up (docs/architecture.md), whatever the
 """
 
 import os
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,12 +74,25 @@ def open_stage(path: str) -> OpenStage:
     return OpenStage(stage, path, float(meters), to_world, first, last, warnings)
 
 
+@contextmanager
+def reading(path: str):
+    """USD's exceptions inside become one UserError that names the file: damage may show only when values are read."""
+    from pxr import Tf
+
+    try:
+        yield
+    except Tf.ErrorException as error:
+        raise UserError(f"'{path}' can't be read as USD: {tf_reason(error)}") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"'{path}' can't be read as USD: it holds text that is not UTF-8") from error
+
+
 def usd_messages(delegate) -> list:
     """Warnings USD gave meanwhile, without its source locations."""
     texts = []
     for diagnostic in delegate.TakeUncoalescedDiagnostics():
-        text = first_line(Exception(diagnostic.commentary))
-        if text not in texts:
+        text = _commentary(diagnostic)
+        if text and text not in texts:
             texts.append(text)
     return texts
 
@@ -86,14 +100,22 @@ def usd_messages(delegate) -> list:
 def tf_reason(error) -> str:
     """The sentence in a Tf.ErrorException, whose text is a table of locations."""
     for entry in error.args:
-        commentary = getattr(entry, "commentary", None)
-        if commentary:
-            return first_line(Exception(commentary))
+        if commentary := _commentary(entry):
+            return commentary
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     for line in lines:
         if "': " in line or " -- " in line:
             return line.split(" -- ", 1)[-1].split("': ", 1)[-1]
     return lines[0] if lines else "unknown error"
+
+
+def _commentary(entry) -> str:
+    """First line of a diagnostic's text, "" where it has none."""
+    try:
+        text = getattr(entry, "commentary", None)
+    except UnicodeDecodeError:  # it quotes a damaged file
+        return "it holds text that is not UTF-8"
+    return first_line(Exception(text)) if text else ""
 
 
 def matrix_to_numpy(matrix) -> np.ndarray:
