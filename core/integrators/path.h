@@ -21,10 +21,10 @@ class PathIntegrator final : public Integrator {
   const Kernel& camera_;
   const Kernel& sort_;
   const Kernel& escaped_;
-  const Kernel& surface_;
-  const Kernel& shade_;
   const Kernel& resolve_;
   const Kernel& prepare_;
+  std::vector<const Kernel*> surface_, shade_;  // by class
+  const Kernel* light_program_ = nullptr;       // only where lights' emission is a program
   const Kernel* shadow_begin_ = nullptr;  // these two only in scenes that let shadow rays through
   const Kernel* shadow_surface_ = nullptr;
 };

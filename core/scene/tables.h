@@ -19,6 +19,7 @@
 #include "lights/light_table.h"
 #include "lights/world_distribution.h"
 #include "scene/scene.h"
+#include "scene/shading_classes.h"
 #include "scene/upload.h"
 #include "shared/features.h"
 #include "shared/tables.h"
@@ -38,7 +39,7 @@ struct TableTotals {
   std::uint64_t triangles = 0;            // of all instances
   std::uint64_t unique_triangles = 0;     // of all meshes
   std::uint32_t material_flags = 0;       // HW_MATERIAL_* of all materials, or-ed
-  std::uint32_t material_features = 0;    // HW_FEATURE_* that their programs need
+  ShadingClasses classes;                 // HW_FEATURE_* that the programs of the instances' materials need
   bool smooth_normals = false;            // some mesh has normals
 };
 
@@ -68,6 +69,10 @@ class Tables {
   const Buffer& root_buffer();
   const Root& root() const { return root_; }
   const TableTotals& totals() const { return totals_; }
+  // HW_FEATURE_* that the world's program needs; 0 for a constant world.
+  std::uint32_t world_features() const {
+    return root_.world_material == HW_NONE ? 0 : material_features_[root_.world_material];
+  }
 
   // Whether the Tracer still holds this scene: false before update(), and after other Tables have updated.
   bool current() const { return tracer_.owner == this && !failed_; }
@@ -125,6 +130,7 @@ class Tables {
   std::vector<std::uint32_t> free_mesh_records_;
   std::map<Id, ImageSlot> images_;
   std::map<Id, std::uint32_t> material_index_, image_index_;
+  std::vector<std::uint32_t> material_features_;  // HW_FEATURE_* of each material in the table
   std::map<Id, GroupSlot> groups_;
   std::unique_ptr<LightState> lights_;
 

@@ -34,6 +34,7 @@ struct Tables::GroupSlot {
   std::uint32_t base = 0;           // first index in the instance table
   std::uint32_t slot_offset = 0, slot_count = 0;
   std::uint32_t mask = 0;
+  std::uint32_t features = 0;       // HW_FEATURE_* that its materials need
   bool emitting_slots = false;      // some of its materials may emit
   bool emissive = false;            // ... and it has triangles to emit from
   std::uint32_t light_triangles = 0;  // of one instance, as the light table was laid out

@@ -65,6 +65,7 @@ void Tables::lay_out_instances() {
   const Scene::Impl& scene = scene_.impl();
   groups_.clear();
   std::vector<std::uint32_t> slots;
+  std::map<std::uint32_t, std::size_t> feature_sets;
   std::uint32_t base = 0;
   for (const auto& [id, group] : scene.groups) {
     GroupSlot slot;
@@ -76,13 +77,16 @@ void Tables::lay_out_instances() {
     // A slot for each that a triangle names: those past the object's last take its last material, as in Blender.
     slot.slot_offset = static_cast<std::uint32_t>(slots.size());
     std::uint32_t flags = 0;
+    slot.features = 0;
     const std::size_t count = std::max<std::size_t>({group.shared.materials.size(), slot.mesh->summary.max_slot + std::size_t{1}});
     for (std::size_t i = 0; i < count; ++i) {
       const auto& ids = group.shared.materials;
       const Id material = ids.empty() ? 0 : ids[std::min(i, ids.size() - 1)];
       slots.push_back(material == 0 ? 0 : material_index_.at(material));
       flags |= material_table_[slots.back()].flags;
+      slot.features |= material_features_[slots.back()];
     }
+    feature_sets[slot.features] += group.matrices.size();
     slot.slot_count = static_cast<std::uint32_t>(count);
     slot.emitting_slots = flags & HW_MATERIAL_EMISSIVE;
     slot.mask = group.shared.visibility & 0xffu & ~HW_MASK_LAMP;
@@ -90,6 +94,7 @@ void Tables::lay_out_instances() {
       slot.mask = (slot.mask & ~HW_MASK_SHADOW_OPAQUE) | HW_MASK_SHADOW_TRANSPARENT;
     groups_.emplace_hint(groups_.end(), id, slot);
   }
+  totals_.classes = choose_shading_classes(feature_sets);
   instance_table_.resize(base);
   slot_table_.assign(slots);
   totals_.instances = base;
@@ -125,7 +130,8 @@ void Tables::write_group(GroupSlot& slot) {
     std::copy(previous, previous + 12, record.previous_object_to_world);
     record.mask = hittable ? slot.mask : 0;
     record.random_id = group.random_ids.empty() ? group.shared.random_id : group.random_ids[i];
-    record.flags = group.shared.flags | (placement.mirrored ? HW_INSTANCE_MIRRORED : 0u);
+    record.flags = group.shared.flags | (placement.mirrored ? HW_INSTANCE_MIRRORED : 0u) |
+                   (totals_.classes.is_complex(slot.features) ? HW_INSTANCE_COMPLEX : 0u);
     if (hittable) add_box(low, high, placement.matrix, box);
     records[i] = record;
   }

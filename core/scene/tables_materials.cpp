@@ -43,7 +43,8 @@ void Tables::update_materials(TableCounts& counts) {
     words += entry.data.program.size();
     constants += entry.data.constants.size();
   }
-  // What instances take from materials: their indices, and whether shadow rays pass and whether they emit.
+  // What instances take from materials: their indices, whether shadow rays pass and whether they emit, and (below) what
+  // their programs need.
   constexpr std::uint32_t kInstanceFlags = HW_MATERIAL_TRANSPARENT | HW_MATERIAL_EMISSIVE;
   bool instances_care = index != material_index_ || material_table_.size() != materials.size();
   for (std::size_t i = 0; i < materials.size() && !instances_care; ++i)
@@ -59,7 +60,8 @@ void Tables::update_materials(TableCounts& counts) {
   std::uint32_t* program_out = program_table_.edit(0, words);
   float* constant_out = constant_table_.edit(0, constants);
   std::size_t word = 0, constant = 0;
-  totals_.material_flags = totals_.material_features = 0;
+  totals_.material_flags = 0;
+  std::vector<std::uint32_t> features(materials.size());
   std::vector<std::uint32_t> program;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const MaterialData& material = *materials[i];
@@ -81,9 +83,11 @@ void Tables::update_materials(TableCounts& counts) {
     word += material.program.size();
     constant += material.constants.size();
     totals_.material_flags |= material.flags;
-    totals_.material_features |= program_features({material.program.data(), material.program.size(), material.constants.data(),
-                                                   material.constants.size() / 4, material.images.size()});
+    features[i] = program_features({material.program.data(), material.program.size(), material.constants.data(),
+                                    material.constants.size() / 4, material.images.size()});
   }
+  layout_dirty_ |= features != material_features_;  // the classes that objects are shaded in
+  material_features_ = std::move(features);
   counts.materials_uploaded += scene.materials.size();
   seen_materials_ = scene.materials_revision;
 }

@@ -19,10 +19,10 @@ constexpr std::uint32_t kDeviceWave = 1u << 20;
 // A wave takes at most this share of what the device has.
 constexpr double kMemoryShare = 0.25;
 
-// What the kernels of this scene must hold (shared/features.h).
+// What every kernel of this scene must hold, whatever the object (shared/features.h).
 std::uint32_t scene_features(const Tables& tables) {
   const TableTotals& t = tables.totals();
-  std::uint32_t features = t.material_features;
+  std::uint32_t features = 0;
   if (t.smooth_normals) features |= HW_FEATURE_BUMP;
   if (t.material_flags & HW_MATERIAL_TRANSPARENT) features |= HW_FEATURE_TRANSPARENT;
   if (t.material_flags & HW_MATERIAL_EMISSION_SHADER) features |= HW_FEATURE_EMISSION_PROGRAM;
@@ -64,7 +64,13 @@ void RenderLoop::run() {
   Wave& wave = *wave_;
   Commands commands(device);
 
-  const SpecConstants constants{{0, scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+  const ShadingClasses& classes = tables_.totals().classes;
+  auto constants_for = [&](std::uint32_t features) {
+    return SpecConstants{{0, features | scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+  };
+  const SpecConstants constants = constants_for(classes.all | tables_.world_features());
+  std::vector<SpecConstants> class_constants{constants_for(classes.simple)};
+  if (classes.split) class_constants.push_back(constants_for(classes.all));
   tables_.choose_lights(settings_.lights);
   tables_.set_luts(context_.luts->address());
   if (const auto grid = tables_.world_luminance_wanted()) {
@@ -84,7 +90,7 @@ void RenderLoop::run() {
   wave.reset_counters(device);
 
   on_stage("loading kernels");
-  auto integrator = make_integrator(settings_.integrator, {device, *context_.tracer, *context_.kernels, wave, constants,
+  auto integrator = make_integrator(settings_.integrator, {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
                                                            (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_});
   const Kernel& accumulate = context_.kernels->get("accumulate", constants);
 

@@ -172,6 +172,7 @@ void Session::start(const RenderSettings& asked) {
   if (!d.context->renders_for.compare_exchange_strong(nobody, &d))
     throw std::logic_error("another session is rendering on this device: wait until it has finished");
   d.settings = s;
+  d.context->device->reset_stage_times();
   d.cancelled = false;
   d.wants_download = false;
   {

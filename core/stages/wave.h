@@ -32,7 +32,8 @@ class Wave {
 
   std::unique_ptr<Buffer> paths, rays, hits, shadow_rays, shadow_hits, shadow_surface_hits, shadows, surfaces, closures,
       splits, results, counters_buffer, frame;
-  std::unique_ptr<Queue> active, next, hit_queue, escaped_queue, surface_queue, shadow_queue, shadow_next;
+  std::unique_ptr<Queue> active, next, hit_queues[2], escaped_queue, surface_queues[2], shadow_queue, shadow_next,
+      program_queue;
 
  private:
   std::unique_ptr<Buffer> make(Device& device, std::size_t element, const char* label);

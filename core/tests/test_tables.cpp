@@ -219,7 +219,7 @@ TEST_CASE("tables: slots, materials and images") {
   CHECK(r.see.images() == 3);
   CHECK(r.see.image(0).width == 0);
   CHECK(r.see.program_word(r.see.material(1).program * 1 + 7) == 2);  // image id 6 is the second in the table
-  CHECK((r.tables.totals().material_features & HW_VM_IMAGE << HW_FEATURE_VM_SHIFT) != 0);
+  CHECK((r.tables.totals().classes.all & HW_VM_IMAGE << HW_FEATURE_VM_SHIFT) != 0);
   // Triangles name slot 3: every instance has four, the last material repeated.
   const std::uint32_t expected[3][4] = {{1, 2, 2, 2}, {1, 1, 1, 1}, {0, 0, 0, 0}};
   for (int i = 0; i < 3; ++i) {

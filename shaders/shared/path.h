@@ -76,14 +76,15 @@ HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could
 
 // What a shadow ray carries: added to the path's result where it arrives.
 struct ShadowState {
-  vec3 radiance;      // throughput * f * cos * Le / pdf * MIS weight
+  vec3 radiance;      // throughput * f * cos * Le / pdf * MIS weight; without Le until light_program.comp has run
   uint bounce;        // scatterings before the light, this one included
   vec3 diffuse;       // share of radiance by lobe (first bounce), for the light passes
-  float pad;
+  uint light;         // index, for lights whose emission is a program
   vec3 glossy;
   uint transparent;   // transparent surfaces crossed so far
+  vec2 uv;            // where on a triangle light, barycentrics as in Hit
 };
-HW_CHECK_SIZE(ShadowState, 48)
+HW_CHECK_SIZE(ShadowState, 56)
 
 // Share of a path's throughput that left the first surface by the diffuse and glossy lobes; the rest is transmission.
 struct PathSplit {
@@ -112,6 +113,8 @@ struct FrameParams {
   uint64_t results;       // float[path_capacity * film_stride]
   uint64_t film;          // float[pixels of the region * film_stride], sums over samples
   uint64_t counters;      // RayCounters
+  uint64_t hit_queues[2]; // sorted hits: on objects of the simple class, of the complex class
+  uint64_t program_queue; // light samples whose emission is a program
   uint width, height;                  // full frame
   uint region_x, region_y, region_width, region_height;
   uint first_pixel;       // this wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths
@@ -133,7 +136,7 @@ struct FrameParams {
   float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
   uint frame_flags;                    // HW_FRAME_*
 };
-HW_CHECK_SIZE(FrameParams, 320)
+HW_CHECK_SIZE(FrameParams, 344)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT = 1u;     // something that emits can be hit by BSDF rays: trace them at the last bounce
 
 HW_NAMESPACE_END

@@ -57,6 +57,7 @@ HW_CHECK_SIZE(InstanceRecord, 216)
 HW_CONST uint HW_INSTANCE_MIRRORED = 1u;   // negative determinant
 HW_CONST uint HW_INSTANCE_HOLDOUT = 2u;
 HW_CONST uint HW_INSTANCE_SHADOW_CATCHER = 4u;
+HW_CONST uint HW_INSTANCE_COMPLEX = 256u;  // set by the tables: shaded by the kernels of the complex class (scene/shading_classes.h)
 
 struct MaterialRecord {
   uint program;        // first word in Root::programs

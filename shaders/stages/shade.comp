@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // At a surface: one light sample with its shadow ray (next-event estimation), and one BSDF sample with the next ray.
-// variant shade_programs: HW_WITH_PROGRAMS HW_VM_PROCEDURAL
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "lib/background.glsl"
+#include "lib/wave.glsl"
 #include "lib/closures.h"
 #include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
 #include "lib/sampler.h"
-#include "lib/wave.glsl"
 #include "lib/world_sampling.h"
 layout(local_size_x = 64) in;
 
@@ -34,7 +32,7 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   uint light_count = HW_ROOT.light_count;
   float u = sampler_1d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
   vec2 u2 = sampler_2d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
-  LightDraw draw = draw_light(point.position, u, u2, state.flags, state.bounces, state.transparent);
+  LightDraw draw = draw_light(point.position, u, u2);
   if (!draw.valid) return;
 
   BsdfValue bsdf = closures_eval(list, sg, draw.wi);
@@ -52,7 +50,8 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   shadow.bounce = path_bounce(state.bounces) + 1u;
   shadow.diffuse = vec3(0.0);
   shadow.glossy = vec3(0.0);
-  shadow.pad = 0.0;
+  shadow.light = draw.light;
+  shadow.uv = draw.uv;
   shadow.transparent = 0u;
   if (HW_LIGHT_PASSES) {
     shadow.diffuse = shares_of(diffuse, f);
@@ -85,6 +84,7 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   RayArray(HW_FRAME.shadow_rays).at[path] = ray;
   ShadowArray(HW_FRAME.shadows).at[path] = shadow;
   queue_push(push.out_queue, path);
+  if (draw.program) queue_push(HW_FRAME.program_queue, path);
 }
 
 void main() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sorts traced paths by what comes next: out_queue: those that met a surface; out_queue2: those that met a lamp or nothing.
+// Sorts traced paths by what comes next: a surface, in the queue of its object's shading class; or a lamp or nothing
+// (out_queue).
 // A path past its last bounce ends here when the object it met neither emits nor lets light through: running its material
 // would find nothing.
 #version 460
@@ -21,5 +22,10 @@ void main() {
     bool through = (instances.at[instance].mask & HW_MASK_SHADOW_TRANSPARENT) != 0u;
     if (!emits && !through) return;
   }
-  queue_push(surface ? push.out_queue : push.out_queue2, path);
+  uint64_t target = push.out_queue;
+  if (surface) {
+    bool complex = (InstanceTable(HW_ROOT.instances).at[instance].flags & HW_INSTANCE_COMPLEX) != 0u;
+    target = complex ? HW_FRAME.hit_queues[1] : HW_FRAME.hit_queues[0];
+  }
+  queue_push(target, path);
 }

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings in the emission of light samples that a material program decides: textured triangle lights, the world. A stage of
+// its own, so that shade.comp stays small and programs run for these samples only.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define HW_WITH_PROGRAMS
+#define HW_VM_PROCEDURAL
+#include "lib/background.glsl"
+#include "lib/geometry.glsl"
+#include "lib/material_vm.glsl"
+#include "lib/wave.glsl"
+layout(local_size_x = 64) in;
+
+// Emission of a textured triangle light at the sampled point, by its material's program.
+vec3 triangle_emission(LightRecord light, vec2 uv, Ray ray, uint bounces, uint transparent) {
+  Hit hit;
+  hit.t = ray.tmax;
+  hit.u = uv.x;
+  hit.v = uv.y;
+  hit.instance = light.instance;
+  hit.primitive = light.primitive;
+  SurfaceGeometry g = surface_geometry(hit, true);
+  bool backfacing = dot(g.Ng, ray.direction) > 0.0;
+  MaterialInputs inputs;
+  inputs.P = g.P;
+  inputs.N = backfacing ? -g.N : g.N;
+  inputs.Ng = backfacing ? -g.Ng : g.Ng;
+  inputs.wo = -ray.direction;
+  inputs.uv = vec3(g.uv, 0.0);
+  inputs.bary_u = hit.u;
+  inputs.bary_v = hit.v;
+  inputs.instance = hit.instance;
+  inputs.primitive = hit.primitive;
+  inputs.material = light.material;
+  // Seen as a shadow ray's end, as Cycles evaluates emission for light samples.
+  inputs.ray_flags = HW_PATH_SHADOW;
+  inputs.bounces = bounces;
+  inputs.transparent = transparent;
+  inputs.ray_length = ray.tmax;
+  inputs.footprint = 0.0;
+  inputs.shade_flags = backfacing ? HW_SHADE_BACKFACING : 0u;
+  return material_emission(inputs);
+}
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  if (gl_GlobalInvocationID.x >= queue.header.count) return;
+  uint path = queue.path[gl_GlobalInvocationID.x];
+  ShadowState s = ShadowArray(HW_FRAME.shadows).at[path];
+  Ray ray = RayArray(HW_FRAME.shadow_rays).at[path];
+  // As Cycles evaluates emission for light samples: by the shadow ray, with the depth of the path that casts it.
+  uint bounces = s.bounce - 1u;
+  LightRecord light = LightTable(HW_ROOT.lights).at[s.light];
+  vec3 radiance = vec3(0.0);
+  if (light.type == HW_LIGHT_WORLD) {
+    radiance = background_radiance(ray.direction, HW_PATH_SHADOW, bounces, 0u);
+  } else {
+    radiance = triangle_emission(light, s.uv, ray, bounces, 0u);
+  }
+  radiance *= s.radiance;
+  ShadowArray(HW_FRAME.shadows).at[path].radiance = radiance;
+  // Nothing to carry: the ray need not look for anything.
+  if (!(radiance.x + radiance.y + radiance.z > 0.0)) RayArray(HW_FRAME.shadow_rays).at[path].mask = 0u;
+}
