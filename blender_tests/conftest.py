@@ -2,17 +2,58 @@
 """Fixtures of all tests: the core module, Vulkan contexts by tracer, and the rule that validation layers stay silent.
 
 Environment (set by ./dev test):
-  HEADWATER_VALIDATION=1          contexts are made with the Khronos validation layers; any message fails its module
+  HEADWATER_VALIDATION=1          the core uses the Khronos validation layers, in every process that a test starts;
+                                  any message fails the test in which it came
   HEADWATER_REQUIRE_RAY_QUERY=1   a test marked ray_query fails, instead of being skipped, where no device has it
 """
 
 import functools
 import os
+import tempfile
+from pathlib import Path
 
 import pytest
 
 VALIDATION = os.environ.get("HEADWATER_VALIDATION") == "1"
 REQUIRE_RAY_QUERY = os.environ.get("HEADWATER_REQUIRE_RAY_QUERY") == "1"
+
+
+@pytest.fixture(scope="session")
+def _validation_log():
+    """The file that gathers the layers' messages of this process and of all it starts; None without validation."""
+    if not VALIDATION:
+        yield None
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "validation.log")
+        os.environ["HEADWATER_VALIDATION_LOG"] = str(path)
+        yield path
+        del os.environ["HEADWATER_VALIDATION_LOG"]
+
+
+def _no_messages_during(log):
+    """Generator: remembers the end of the log, and after the yield fails when there is more."""
+
+    def text():
+        return log.read_text(errors="replace") if log is not None and log.is_file() else ""
+
+    before = len(text())
+    yield
+    messages = text()[before:]
+    if messages:
+        pytest.fail(f"validation layers spoke:\n{messages[:4000]}", pytrace=False)
+
+
+@pytest.fixture(autouse=True)
+def validation_silent(_validation_log):
+    """Fails a test during which the validation layers spoke, here or in a process that it started."""
+    yield from _no_messages_during(_validation_log)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def validation_silent_around(_validation_log):
+    """The same for what a module's own fixtures do, before its first test and after its last."""
+    yield from _no_messages_during(_validation_log)
 
 
 @pytest.fixture(scope="session")
@@ -41,22 +82,17 @@ def pytest_runtest_setup(item):
 
 @pytest.fixture(scope="module")
 def make_context(core):
-    """make_context(tracer="embree", **kwargs) -> Context, kept for the module: devices are dear to open.
-
-    After the module's last test, every context must have had no validation message.
-    """
+    """make_context(tracer="embree", **kwargs) -> Context, kept for the module: devices are dear to open."""
     contexts = {}
 
     def make(tracer="embree", **kwargs):
         key = (tracer, *sorted(kwargs.items()))
         if key not in contexts:
-            contexts[key] = core.Context(tracer=tracer, validation=VALIDATION, **kwargs)
+            contexts[key] = core.Context(tracer=tracer, **kwargs)
         return contexts[key]
 
     yield make
-    noisy = {key: context.validation_messages for key, context in contexts.items() if context.validation_messages}
     contexts.clear()
-    assert not noisy, f"validation layers spoke, messages by context: {noisy}"
 
 
 @pytest.fixture(

@@ -62,9 +62,10 @@ run_tests() {
   local validation=(HEADWATER_VALIDATION=1)
   if [ "$only_pytest" = no ]; then
     checked "lint" lint
-    checked "C++ tests, this machine's device" env "${validation[@]}" build/release/headwater_tests
+    checked "C++ tests, this machine's device" validated env "${validation[@]}" build/release/headwater_tests
     if [ "${#ray_query_env[@]}" -gt 0 ]; then
-      checked "C++ tests, ray-query device" env "${validation[@]}" "${ray_query_env[@]}" build/release/headwater_tests
+      checked "C++ tests, ray-query device" \
+        validated env "${validation[@]}" "${ray_query_env[@]}" build/release/headwater_tests
     fi
     if [ "$quick" = no ]; then
       build asan --target headwater_tests
@@ -85,6 +86,19 @@ run_tests() {
   fi
   trap - ERR
   exit "$rc"
+}
+
+# validated COMMAND…: fails also where the validation layers spoke while it ran.
+validated() {
+  local log="$root/build/logs/validation.log" rc=0
+  rm -f "$log"
+  HEADWATER_VALIDATION_LOG="$log" "$@" || rc=$?
+  if [ -s "$log" ]; then
+    say "the validation layers spoke:"
+    head -n 20 "$log"
+    rc=1
+  fi
+  return "$rc"
 }
 
 # The driver is not instrumented: what it leaks is its own affair, named in tools/lsan.supp.

@@ -5,7 +5,6 @@ A Context (Vulkan device and Tracer) is expensive, so the last one is kept for t
 """
 
 import importlib
-import os
 import threading
 
 _lock = threading.Lock()
@@ -71,12 +70,7 @@ def context(device: str = "", tracer: str = "auto", threads: int = 0):
         module = core()
         _context = None  # let go of the old device first: two at once may not fit in memory
         try:
-            made = module.Context(
-                device=device,
-                tracer=tracer,
-                threads=threads,
-                validation=os.environ.get("HEADWATER_VALIDATION") == "1",
-            )
+            made = module.Context(device=device, tracer=tracer, threads=threads)
         except Exception as error:
             raise NativeError(str(error)) from error
         _context = (key, made)

@@ -148,7 +148,7 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
     static std::mutex mutex;  // the environment is the process's
     std::lock_guard lock(mutex);
     const LavapipeThreads environment(threads);
-    d.instance = std::make_unique<Instance>(validation, &d.messages);
+    d.instance = std::make_unique<Instance>(validation || validation_by_environment(), &d.messages);
     d.physical = choose(physical_devices(*d.instance), name);
     d.device = make_device(d.physical);
   }

@@ -134,6 +134,8 @@ class Device {
   // "gpu"/"discrete"/"integrated"/"cpu". Throws DeviceError listing the devices and why each can't be used.
   // `threads`: host threads a CPU device may use, 0 for the driver's choice (lavapipe reads LP_NUM_THREADS when the
   // instance enumerates its devices; the variable is set for that time only, and not while other Devices are made).
+  // `validation`: Khronos' layer, also turned on by HEADWATER_VALIDATION=1. Its messages go to stderr, and are appended
+  // to the file that HEADWATER_VALIDATION_LOG names.
   explicit Device(const std::string& name = {}, bool validation = false, int threads = 0);
   ~Device();
   Device(const Device&) = delete;

@@ -13,6 +13,9 @@
 
 namespace hw {
 
+// Whether HEADWATER_VALIDATION=1 asks for the validation layers on every device, whoever opens it.
+bool validation_by_environment();
+
 // Our own VkInstance. volk's global pointers serve instance-level core functions only: those are the loader's
 // trampolines, the same for every instance. Extension functions are kept here, device functions in a device table.
 class Instance {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the Vulkan loader, makes our own instance, lists and ranks devices and says why one can't be used.
 
-#define VOLK_IMPLEMENTATION
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -42,8 +41,14 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
                                           VkDebugUtilsMessageTypeFlagsEXT,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
   static_cast<std::atomic<std::uint64_t>*>(user)->fetch_add(1);
-  std::fprintf(stderr, "Vulkan validation %s: %s\n",
-               severity & VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT ? "error" : "warning", data->pMessage);
+  const char* kind = severity & VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT ? "error" : "warning";
+  std::fprintf(stderr, "Vulkan validation %s: %s\n", kind, data->pMessage);
+  // Tests start processes whose output nobody reads; this file gathers what all of them say.
+  if (const char* path = std::getenv("HEADWATER_VALIDATION_LOG"); path && *path)
+    if (std::FILE* log = std::fopen(path, "a")) {
+      std::fprintf(log, "Vulkan validation %s: %s\n", kind, data->pMessage);
+      std::fclose(log);
+    }
   return VK_FALSE;
 }
 
@@ -186,6 +191,11 @@ LavapipeThreads::~LavapipeThreads() {
     setenv("LP_NUM_THREADS", before_.c_str(), 1);
   else
     unsetenv("LP_NUM_THREADS");
+}
+
+bool validation_by_environment() {
+  const char* value = std::getenv("HEADWATER_VALIDATION");
+  return value && std::strcmp(value, "1") == 0;
 }
 
 Instance::Instance(bool validation, std::atomic<std::uint64_t>* messages) {

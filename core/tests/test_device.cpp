@@ -2,9 +2,15 @@
 // The device layer: choice and errors, buffers and memory limits, commands, stage times, several devices at once.
 
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -51,17 +57,41 @@ TEST_CASE("devices: listed best first, chosen by name, index and kind") {
 }
 
 TEST_CASE("device: no driver, and drivers that are not there, are sentences") {
-  const char* before = std::getenv("VK_ICD_FILENAMES");
-  const std::string kept = before ? before : "";
+  const char* variables[] = {"VK_ICD_FILENAMES", "VK_DRIVER_FILES"};  // the second one's newer, and overrides the first
+  std::optional<std::string> kept[2];
+  for (int i = 0; i < 2; ++i)
+    if (const char* before = std::getenv(variables[i])) kept[i] = before;
   for (const char* nothing : {"/nonexistent/driver.json", "/dev/null"}) {
-    setenv("VK_ICD_FILENAMES", nothing, 1);
+    for (const char* variable : variables) setenv(variable, nothing, 1);
     std::string error;
     CHECK(list_devices(&error).empty());
     CHECK(contains(error, "mesa-vulkan-drivers"));
     CHECK(contains(message_of([] { Device device; }), "mesa-vulkan-drivers"));
   }
-  before ? setenv("VK_ICD_FILENAMES", kept.c_str(), 1) : unsetenv("VK_ICD_FILENAMES");
+  for (int i = 0; i < 2; ++i) kept[i] ? setenv(variables[i], kept[i]->c_str(), 1) : unsetenv(variables[i]);
   CHECK(!list_devices().empty());
+}
+
+TEST_CASE("validation: a wrong call is counted and logged") {
+  const char* before = std::getenv("HEADWATER_VALIDATION_LOG");
+  const std::string kept = before ? before : "";
+  const std::filesystem::path log =
+      std::filesystem::temp_directory_path() / ("headwater-validation-" + std::to_string(getpid()));
+  setenv("HEADWATER_VALIDATION_LOG", log.c_str(), 1);
+  {
+    Device device({}, true);
+    VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+    create.size = 16;  // and no usage, which the specification forbids
+    VkBuffer buffer = VK_NULL_HANDLE;
+    if (device.vk().vkCreateBuffer(device.handle(), &create, nullptr, &buffer) == VK_SUCCESS)
+      device.vk().vkDestroyBuffer(device.handle(), buffer, nullptr);
+    CHECK(device.validation_messages() == 1);
+  }
+  before ? setenv("HEADWATER_VALIDATION_LOG", kept.c_str(), 1) : unsetenv("HEADWATER_VALIDATION_LOG");
+  std::ifstream stream(log);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  CHECK(contains(text, "VkBufferCreateInfo"));
+  std::filesystem::remove(log);
 }
 
 TEST_CASE("device: threads are for that device alone") {
