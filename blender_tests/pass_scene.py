@@ -8,7 +8,7 @@ import engine_pictures as ep
 SIZE = (64, 48)
 
 
-def _card():
+def clear_card():
     """Half of it is a transparent shader."""
     material = bpy.data.materials.new("card")
     material.use_nodes = True
@@ -36,7 +36,7 @@ def build(scene, card_seen: bool = True, size=SIZE):
     ep.shape("uv_sphere", (0.9, -0.6, 0.8), (0.8, 0.8, 0.8), material=glass, smooth=True)
     mirror = ep.principled("mirror", Metallic=1.0, Roughness=0.0)
     ep.shape("cube", (0.3, 3, 1), (0.8, 0.2, 1), (0, 0, 0.4), mirror)
-    clear = _card()
+    clear = clear_card()
     card = ep.shape("plane", (2.4, 0.6, 1), (0.7, 0.7, 1), (1.4, 0, 0.4), clear)
     glow = ep.principled("glow", Emission_Color=(1, 0.5, 0.2, 1), Emission_Strength=3.0)
     ep.shape("cube", (-0.6, -1.2, 0.25), (0.25, 0.25, 0.25), (0, 0, 0.3), glow)

@@ -20,14 +20,14 @@ vec3 previous_position(Hit hit) {
   return HW_TRANSFORM_POINT(m, p);
 }
 
-// Pixels from here to where the point was in the last frame (xy), and to where it will be (zw, taken as the opposite:
-// the next frame is not known). Blender's sign: previous minus current.
+// Pixels moved since the last frame, as Blender has it: previous minus current place (xy), current minus next (zw, taken
+// to be the same: the next frame is not known).
 vec4 motion_vector(vec3 P, vec3 previous) {
   CameraRecord camera = HW_ROOT.camera;
   vec2 size = vec2(HW_FRAME.width, HW_FRAME.height);
   vec2 now = camera_project(camera, P) * size;
   vec2 before = camera_project_previous(camera, previous) * size;
-  return vec4(before - now, now - before);
+  return vec4(before - now, before - now);
 }
 
 // The mean normal of what reflects or transmits.
