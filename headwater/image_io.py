@@ -90,7 +90,7 @@ def read_exr(path: str) -> ExrFile:
             parts = openexr.File(path, separate_channels=True).parts
             complaint = captured()
         if "EXR_ERR" in complaint:
-            raise UserError(f"'{path}' is damaged or truncated: {complaint.split(') ', 1)[-1].strip()}")
+            raise UserError(f"'{path}' is damaged or truncated: {complaint.split(') ', 1)[-1].strip().splitlines()[0]}")
     except UserError:
         raise
     except Exception as error:  # the binding throws RuntimeError, ValueError, MemoryError and its own types

@@ -14,6 +14,11 @@ namespace {
 constexpr std::uint32_t kChunk = 256;
 
 void load(const Ray& ray, RTCRay& out) {
+  if (!ray_is_traceable(ray)) [[unlikely]] {
+    out = {};  // mask 0
+    out.dir_z = 1;
+    return;
+  }
   out.org_x = ray.origin.x;
   out.org_y = ray.origin.y;
   out.org_z = ray.origin.z;

@@ -15,7 +15,8 @@ inline bool invertible(const float* m) {
   const auto length2 = [](const double* v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; };
   const double scale = std::sqrt(length2(a) * length2(b) * length2(c));
   if (!std::isfinite(m[3]) || !std::isfinite(m[7]) || !std::isfinite(m[11])) return false;
-  if (!(length2(a) > 1e-36 && length2(b) > 1e-36 && length2(c) > 1e-36)) return false;
+  // Smaller ones would put rays, seen from the object, past what Tracers can hold.
+  if (!(length2(a) > 1e-24 && length2(b) > 1e-24 && length2(c) > 1e-24)) return false;
   return std::abs(determinant) > 1e-6 * scale && std::isfinite(scale);
 }
 

@@ -21,6 +21,12 @@ layout(push_constant, scalar) uniform Push {
 
 // Triangles are opaque and commit themselves; what is left as candidates is lamps' boxes.
 void run_query(rayQueryEXT query, Ray ray, uint flags) {
+  if (!ray_is_traceable(ray)) {
+    ray.origin = vec3(0.0);
+    ray.direction = vec3(0.0, 0.0, 1.0);
+    ray.tmin = ray.tmax = 0.0;
+    ray.mask = 0u;
+  }
   rayQueryInitializeEXT(query, accelerationStructureEXT(push.structure), gl_RayFlagsOpaqueEXT | flags, ray.mask, ray.origin,
                         ray.tmin, ray.direction, ray.tmax);
   while (rayQueryProceedEXT(query)) {

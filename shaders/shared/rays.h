@@ -15,6 +15,15 @@ struct Ray {
 };
 HW_CHECK_SIZE(Ray, 36)
 
+// Whether a Tracer may be given the ray. Embree 3 ends the process over numbers that are not finite or very large, and
+// ray query leaves them undefined; what is not traceable hits nothing. (1e18: below Embree's own bound of 1.844e18.)
+HW_FN bool ray_is_traceable(HW_IN(Ray) r) {
+  float limit = 1e18f;
+  bool o = abs(r.origin.x) <= limit && abs(r.origin.y) <= limit && abs(r.origin.z) <= limit;
+  bool d = abs(r.direction.x) <= limit && abs(r.direction.y) <= limit && abs(r.direction.z) <= limit;
+  return o && d && r.tmin >= 0.0f && r.tmax >= r.tmin;
+}
+
 // The nearest hit. instance == HW_NONE: nothing hit. instance == HW_LAMP_INSTANCE: `primitive` is a lamp index.
 // Triangle barycentrics as Vulkan and Embree have them: P = (1-u-v) v0 + u v1 + v v2.
 struct Hit {
