@@ -41,10 +41,12 @@ void result_add3(uint path, uint pass, vec3 v) {
   r.at[o + 2u] += v.z;
 }
 void result_add1(uint path, uint pass, float v) {
+  v = abs(v) < HW_RESULT_LIMIT ? v : 0.0;
   FloatBuffer(HW_FRAME.results).at[path * HW_FRAME.film_stride + HW_FRAME.pass_offset[pass]] += v;
 }
 
 void result_add1_at(uint path, uint pass, uint channel, float v) {
+  v = abs(v) < HW_RESULT_LIMIT ? v : 0.0;
   FloatBuffer(HW_FRAME.results).at[path * HW_FRAME.film_stride + HW_FRAME.pass_offset[pass] + channel] += v;
 }
 
