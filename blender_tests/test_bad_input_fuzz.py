@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random damage with fixed seeds: image files, USD files, .blend files, material programs. Each is taken, or refused with
-the error that is meant for it; nothing crashes, hangs, or gives pixels that are no numbers.
+"""Random damage with fixed seeds: image files, USD files, .blend files, material programs. Each is taken, or refused
+with the error that is meant for it; nothing crashes, hangs, or gives pixels that are no numbers.
 
 Every test runs in a process of its own that must end well and in time.
 """
@@ -185,7 +185,8 @@ def test_material_programs(core, tmp_path):
         def operand():
             return r.choice(written) if r.random() < 0.5 else CONSTANT | r.randrange(40)
         for _ in range(r.randrange(1, 8)):
-            op, sub = r.choice(values), r.choice((0, 0, 1, 2, 16, 17, 49, 64 | 9, 1 << 9 | 64 * 3, r.randrange(1 << 16)))
+            op = r.choice(values)
+            sub = r.choice((0, 0, 1, 2, 16, 17, 49, 64 | 9, 1 << 9 | 64 * 3, r.randrange(1 << 16)))
             to = 4 + r.randrange(20)
             row = [op | to << 8 | sub << 16, operand() | operand() << 16, operand() | 0 << 16,
                    r.randrange(2) if op in (38, 33, 34) else operand() | operand() << 16]
