@@ -24,7 +24,7 @@ struct IntegratorContext {
   KernelCache& kernels;
   Wave& wave;
   SpecConstants constants;        // features of the scene, passes of the film
-  std::vector<SpecConstants> class_constants;  // the same for each class of objects (scene/shading_classes.h): one or two
+  std::vector<SpecConstants> class_constants;  // the same for each class of objects (scene/shading_classes.h)
   bool transparent_shadows;       // some material lets shadow rays through
   RenderSettings settings;
   const std::atomic<bool>& cancelled;

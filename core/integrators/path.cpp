@@ -92,7 +92,7 @@ bool PathIntegrator::render(Commands& commands) {
   const std::uint32_t paths = w.params().wave_pixels * w.params().wave_samples;
 
   commands.begin_stage("camera");
-  prepare(commands, nullptr, kNone, w.hit_queues[0].get(), w.hit_queues[1].get());
+  for (auto& queue : w.hit_queues) prepare(commands, nullptr, kNone, queue.get());
   prepare(commands, nullptr, kNone, w.escaped_queue.get(), w.shadow_queue.get());
   Push push{.out_queue = w.active->address()};
   commands.dispatch(camera_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
@@ -141,7 +141,7 @@ bool PathIntegrator::render(Commands& commands) {
       push = {.queue = w.shadow_queue->address()};
       commands.dispatch_indirect(resolve_, push.bytes(), w.shadow_queue->buffer);
     }
-    prepare(commands, nullptr, kNone, w.hit_queues[0].get(), w.hit_queues[1].get());
+    for (auto& queue : w.hit_queues) prepare(commands, nullptr, kNone, queue.get());
     prepare(commands, nullptr, kNone, w.escaped_queue.get(), w.shadow_queue.get());
     std::swap(w.active, w.next);
 

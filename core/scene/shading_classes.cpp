@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choice of the simple class: the union of feature sets that makes the estimated cost of all objects least.
+// Classes by greedy merging of the feature sets that occur, by an estimate of what shading costs with each.
 #include "scene/shading_classes.h"
 
-#include <vector>
+#include <algorithm>
+#include <cmath>
 
 #include "shared/features.h"
 #include "shared/material_program.h"
@@ -26,8 +27,9 @@ constexpr struct {
     {vm(HW_VM_BSDF), 8},            {vm(HW_VM_PRINCIPLED), 6},
 };
 constexpr float kBaseCost = 15;
-// A second class means more kernels to load and smaller dispatches: it must pay for that.
-constexpr float kWorthIt = 0.9f;
+// One more class means more kernels to load and smaller dispatches: classes are merged while that costs less than this
+// share of all shading.
+constexpr float kClassCost = 0.04f;
 
 float cost(std::uint32_t features) {
   float sum = kBaseCost;
@@ -36,37 +38,56 @@ float cost(std::uint32_t features) {
   return sum;
 }
 
+struct Group {
+  std::uint32_t features;
+  float weight;
+};
+
 }  // namespace
+
+std::uint32_t ShadingClasses::class_of(std::uint32_t needs) const {
+  for (std::size_t i = 0; i < features.size(); ++i)
+    if ((needs & ~features[i]) == 0) return static_cast<std::uint32_t>(i);
+  return static_cast<std::uint32_t>(features.size() - 1);
+}
 
 ShadingClasses choose_shading_classes(const std::map<std::uint32_t, std::size_t>& objects) {
   ShadingClasses classes;
-  float objects_total = 0;
+  std::vector<Group> groups;
+  float total = 0;
   for (const auto& [features, count] : objects) {
     classes.all |= features;
-    objects_total += float(count);
+    // How much of the picture objects cover is not known here: a thousand pebbles count for more than one floor, but not
+    // for a thousand.
+    groups.push_back({features, std::sqrt(float(count))});
   }
-  classes.simple = classes.all;
-  // Candidates: every set that occurs, and the union of every two. Scenes have few distinct sets; beyond a bound the
-  // pairs are left out.
-  std::vector<std::uint32_t> candidates;
-  for (const auto& [a, count] : objects) candidates.push_back(a);
-  const std::size_t singles = candidates.size();
-  if (singles <= 64)
-    for (std::size_t i = 0; i < singles; ++i)
-      for (std::size_t j = i + 1; j < singles; ++j) candidates.push_back(candidates[i] | candidates[j]);
-  const float whole = cost(classes.all);
-  float best = objects_total * whole * kWorthIt;
-  for (std::uint32_t candidate : candidates) {
-    if (candidate == classes.all) continue;
-    const float simple = cost(candidate);
-    float total = 0;
-    for (const auto& [features, count] : objects) total += float(count) * ((features & ~candidate) ? whole : simple);
-    if (total < best) {
-      best = total;
-      classes.simple = candidate;
-      classes.split = true;
-    }
+  if (groups.empty()) return classes;
+  // Many distinct sets: begin with what is cheap to merge, so that the search below stays small.
+  while (groups.size() > 48) {
+    groups[groups.size() - 2].features |= groups.back().features;
+    groups[groups.size() - 2].weight += groups.back().weight;
+    groups.pop_back();
   }
+  for (const Group& g : groups) total += g.weight * cost(g.features);
+  // Merge the two groups that lose least by it, as long as there are too many or it loses little.
+  while (groups.size() > 1) {
+    std::size_t best_a = 0, best_b = 1;
+    float least = HUGE_VALF;
+    for (std::size_t a = 0; a < groups.size(); ++a)
+      for (std::size_t b = a + 1; b < groups.size(); ++b) {
+        const float merged = (groups[a].weight + groups[b].weight) * cost(groups[a].features | groups[b].features);
+        const float loss = merged - groups[a].weight * cost(groups[a].features) - groups[b].weight * cost(groups[b].features);
+        if (loss < least) least = loss, best_a = a, best_b = b;
+      }
+    if (groups.size() <= HW_MAX_SHADING_CLASSES && least > kClassCost * total) break;
+    groups[best_a].features |= groups[best_b].features;
+    groups[best_a].weight += groups[best_b].weight;
+    groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(best_b));
+  }
+  // Cheapest first: an object that several classes could shade takes the cheapest.
+  std::sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return cost(a.features) < cost(b.features); });
+  classes.features.clear();
+  for (const Group& g : groups) classes.features.push_back(g.features);
   return classes;
 }
 

@@ -131,7 +131,7 @@ void Tables::write_group(GroupSlot& slot) {
     record.mask = hittable ? slot.mask : 0;
     record.random_id = group.random_ids.empty() ? group.shared.random_id : group.random_ids[i];
     record.flags = group.shared.flags | (placement.mirrored ? HW_INSTANCE_MIRRORED : 0u) |
-                   (totals_.classes.is_complex(slot.features) ? HW_INSTANCE_COMPLEX : 0u);
+                   totals_.classes.class_of(slot.features) << HW_INSTANCE_CLASS_SHIFT;
     if (hittable) add_box(low, high, placement.matrix, box);
     records[i] = record;
   }

@@ -69,8 +69,8 @@ void RenderLoop::run() {
     return SpecConstants{{0, features | scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
   };
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
-  std::vector<SpecConstants> class_constants{constants_for(classes.simple)};
-  if (classes.split) class_constants.push_back(constants_for(classes.all));
+  std::vector<SpecConstants> class_constants;
+  for (std::uint32_t features : classes.features) class_constants.push_back(constants_for(features));
   tables_.choose_lights(settings_.lights);
   tables_.set_luts(context_.luts->address());
   if (const auto grid = tables_.world_luminance_wanted()) {

@@ -11,7 +11,7 @@ namespace hw {
 
 std::size_t wave_bytes_per_path(const FilmLayout& layout) {
   return sizeof(PathState) + 2 * sizeof(Ray) + 2 * sizeof(Hit) + 4 + sizeof(ShadowState) + sizeof(SurfacePoint) +
-         HW_MAX_CLOSURES * sizeof(Closure) + (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 + 10 * 4;
+         HW_MAX_CLOSURES * sizeof(Closure) + (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 + (6 + 2 * HW_MAX_SHADING_CLASSES) * 4;
 }
 
 std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const char* label) {
@@ -37,7 +37,7 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   frame = std::make_unique<Buffer>(device, sizeof(FrameParams), BufferUse::device, "frame parameters");
   active = std::make_unique<Queue>(device, capacity, "active queue");
   next = std::make_unique<Queue>(device, capacity, "next queue");
-  for (int c = 0; c < 2; ++c) {
+  for (std::uint32_t c = 0; c < HW_MAX_SHADING_CLASSES; ++c) {
     hit_queues[c] = std::make_unique<Queue>(device, capacity, "hit queue");
     surface_queues[c] = std::make_unique<Queue>(device, capacity, "surface queue");
     params_.hit_queues[c] = hit_queues[c]->address();
@@ -48,9 +48,12 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   shadow_queue = std::make_unique<Queue>(device, capacity, "shadow queue");
   shadow_next = std::make_unique<Queue>(device, capacity, "next shadow queue");
   Commands commands(device);
-  for (Queue* q : {active.get(), next.get(), hit_queues[0].get(), hit_queues[1].get(), escaped_queue.get(), surface_queues[0].get(),
-                   surface_queues[1].get(), shadow_queue.get(), shadow_next.get(), program_queue.get()})
+  for (Queue* q : {active.get(), next.get(), escaped_queue.get(), shadow_queue.get(), shadow_next.get(), program_queue.get()})
     commands.fill(q->buffer, 0, sizeof(QueueHeader), 0);
+  for (std::uint32_t c = 0; c < HW_MAX_SHADING_CLASSES; ++c) {
+    commands.fill(hit_queues[c]->buffer, 0, sizeof(QueueHeader), 0);
+    commands.fill(surface_queues[c]->buffer, 0, sizeof(QueueHeader), 0);
+  }
   commands.fill(*counters_buffer, 0, sizeof(RayCounters), 0);
   commands.flush();
 

@@ -11,6 +11,7 @@
 #include "session/settings.h"
 #include "shared/closure.h"
 #include "shared/path.h"
+#include "shared/tables.h"
 #include "stages/stage.h"
 
 namespace hw {
@@ -32,7 +33,8 @@ class Wave {
 
   std::unique_ptr<Buffer> paths, rays, hits, shadow_rays, shadow_hits, shadow_surface_hits, shadows, surfaces, closures,
       splits, results, counters_buffer, frame;
-  std::unique_ptr<Queue> active, next, hit_queues[2], escaped_queue, surface_queues[2], shadow_queue, shadow_next,
+  std::unique_ptr<Queue> active, next, hit_queues[HW_MAX_SHADING_CLASSES], escaped_queue,
+      surface_queues[HW_MAX_SHADING_CLASSES], shadow_queue, shadow_next,
       program_queue;
 
  private:

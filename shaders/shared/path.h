@@ -113,7 +113,7 @@ struct FrameParams {
   uint64_t results;       // float[path_capacity * film_stride]
   uint64_t film;          // float[pixels of the region * film_stride], sums over samples
   uint64_t counters;      // RayCounters
-  uint64_t hit_queues[2]; // sorted hits: on objects of the simple class, of the complex class
+  uint64_t hit_queues[2]; // sorted hits by shading class (HW_MAX_SHADING_CLASSES)
   uint64_t program_queue; // light samples whose emission is a program
   uint width, height;                  // full frame
   uint region_x, region_y, region_width, region_height;

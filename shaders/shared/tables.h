@@ -57,7 +57,9 @@ HW_CHECK_SIZE(InstanceRecord, 216)
 HW_CONST uint HW_INSTANCE_MIRRORED = 1u;   // negative determinant
 HW_CONST uint HW_INSTANCE_HOLDOUT = 2u;
 HW_CONST uint HW_INSTANCE_SHADOW_CATCHER = 4u;
-HW_CONST uint HW_INSTANCE_COMPLEX = 256u;  // set by the tables: shaded by the kernels of the complex class (scene/shading_classes.h)
+// The shading class of the instance's object (core/scene/shading_classes.h), set by the tables: flags >> this, one bit.
+HW_CONST uint HW_INSTANCE_CLASS_SHIFT = 8u;
+HW_CONST uint HW_MAX_SHADING_CLASSES = 2u;
 
 struct MaterialRecord {
   uint program;        // first word in Root::programs

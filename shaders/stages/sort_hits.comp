@@ -24,8 +24,8 @@ void main() {
   }
   uint64_t target = push.out_queue;
   if (surface) {
-    bool complex = (InstanceTable(HW_ROOT.instances).at[instance].flags & HW_INSTANCE_COMPLEX) != 0u;
-    target = complex ? HW_FRAME.hit_queues[1] : HW_FRAME.hit_queues[0];
+    uint shading_class = (InstanceTable(HW_ROOT.instances).at[instance].flags >> HW_INSTANCE_CLASS_SHIFT) & 1u;
+    target = shading_class == 0u ? HW_FRAME.hit_queues[0] : HW_FRAME.hit_queues[1];
   }
   queue_push(target, path);
 }
