@@ -45,6 +45,13 @@ def point():
     ep.lamp("POINT", (1, -1.5, 2.5), 120, shadow_soft_size=0.3)
 
 
+def sharp():
+    _room()
+    ep.lamp("POINT", (1, -1.5, 2.5), 80, shadow_soft_size=0.0)
+    ep.lamp("SPOT", (-1, -1, 3), 300, (0.2, -0.3, 0), shadow_soft_size=0.0, spot_size=1.2, spot_blend=1.0)
+    ep.lamp("SUN", (0, 0, 3), 0.5, (0.7, -0.3, 0.2), angle=0.0)
+
+
 def spot():
     _room()
     ep.lamp("SPOT", (0.5, -1, 3), 400, (0.4, 0.1, 0), shadow_soft_size=0.1, spot_size=1.0, spot_blend=0.4)
@@ -159,6 +166,6 @@ def orthographic():
 
 
 SCENES = (
-    point, spot, sun, square, rectangle, disk, ellipse, many, emitter, world, environment, principled_grid, texture,
-    transparent, depth_of_field, shift_and_fit, orthographic,
+    point, sharp, spot, sun, square, rectangle, disk, ellipse, many, emitter, world, environment, principled_grid,
+    texture, transparent, depth_of_field, shift_and_fit, orthographic,
 )  # fmt: skip
