@@ -271,6 +271,21 @@ vec3 input_value(MaterialInputs m, uint kind, vec3 offset) {
   return r;
 }
 
+// Object-space normal that a tangent-space map bends: interpolated between the corners and not made unit, as the maps are
+// baked for; the geometric one of a flat triangle.
+vec3 input_baked_normal(MaterialInputs m) {
+  uint mesh = HW_INSTANCE(m.instance).mesh;
+  uint64_t normals = HW_MESH(mesh).normals;
+  uint64_t data = normals != 0ul ? normals : HW_MESH(mesh).positions;
+  uvec3 e = input_elements(mesh, normals != 0ul ? HW_DOMAIN_CORNER : HW_DOMAIN_VERTEX, m.primitive);
+  Vec3Array v = Vec3Array(data);
+  vec3 a = v.at[e.x], b = v.at[e.y], c = v.at[e.z];
+  vec3 smooth_ = a * (1.0 - m.bary_u - m.bary_v) + b * m.bary_u + c * m.bary_v;
+  vec3 flat_ = cross(b - a, c - a);
+  float length2 = dot(flat_, flat_);
+  return normals != 0ul ? smooth_ : (length2 > 0.0 ? flat_ * inversesqrt(length2) : vec3(0.0));
+}
+
 // HW_OP_NORMAL_MAP; imm is the hash of the tangent attribute.
 vec3 input_normal_map(MaterialInputs m, uint space, uint tangent_name, vec3 color, float strength, vec3 fallback) {
   vec3 t = 2.0 * color - vec3(1.0);
@@ -280,7 +295,7 @@ vec3 input_normal_map(MaterialInputs m, uint space, uint tangent_name, vec3 colo
   if (space == HW_NORMAL_MAP_TANGENT) {
     vec4 tangent = input_tangent(m, tangent_name);
     valid = valid && dot(tangent.xyz, tangent.xyz) > 0.0;
-    vec3 n = input_transform(m, HW_SPACE_OBJECT << 2u | HW_TRANSFORM_AS_NORMAL << 4u, m.N * facing);
+    vec3 n = valid ? input_baked_normal(m) : vec3(0.0);
     vec3 b = cross(n, tangent.xyz) * tangent.w;
     vec3 local = vec3(t.xy * strength, mix(1.0, t.z, clamp(strength, 0.0, 1.0)));
     N = tangent.xyz * local.x + b * local.y + n * local.z;

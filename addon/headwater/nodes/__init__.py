@@ -79,7 +79,7 @@ def _material_flags(material) -> int:
 def compile_material(material) -> CompiledMaterial:
     """Compiles a bpy Material. Never fails: what can't be compiled is replaced and listed in `unsupported`."""
     flags = _material_flags(material)
-    compiler = TreeCompiler(material.name, _HANDLERS)
+    compiler = TreeCompiler(material.name, _HANDLERS, on_surface=True)
     surface = Surface(compiler.graph)
     tree, held = _tree(material)
     if tree is None:

@@ -11,11 +11,14 @@ def _pick(call, kind: int, component: int):
 
 def texture_coordinate(call):
     wanted, g = call.wanted, call.graph
+    if wanted == "Generated":
+        if call.node.from_instancer:
+            call.unsupported("From Instancer is not supported; the object's own coordinates are used")
+        return call.generated()
     if wanted == "Object" and call.node.object is not None:
         inverse = call.node.object.matrix_world.inverted_safe()
         return g.matrix(call.input(op.INPUT_POSITION), [list(row) for row in inverse][:3])
     kinds = {
-        "Generated": op.INPUT_GENERATED,
         "Normal": op.INPUT_OBJECT_NORMAL,
         "UV": op.INPUT_UV,
         "Object": op.INPUT_OBJECT,
@@ -156,9 +159,7 @@ def tangent(call):
     node = call.node
     if node.direction_type == "RADIAL":
         return call.input(op.INPUT_RADIAL_X + "XYZ".index(node.axis))
-    if node.uv_map:
-        return call.attribute(f"{node.uv_map}.tangent", op.ATTRIBUTE_TANGENT)
-    return call.input(op.INPUT_TANGENT)
+    return call.attribute(f"{node.uv_map}.tangent", op.ATTRIBUTE_TANGENT)
 
 
 def normal_node(call):

@@ -28,6 +28,8 @@ def _texture_mapping(call, co):
 
 def _coordinates(call, kind=op.INPUT_GENERATED):
     default = call.graph.position if kind is None else (lambda: call.input(kind))
+    if kind == op.INPUT_GENERATED:
+        default = call.generated
     return _texture_mapping(call, (yield call("Vector", default)))
 
 
@@ -62,7 +64,7 @@ def voronoi(call):
 
 
 def white_noise(call):
-    co = yield call("Vector", lambda: call.input(op.INPUT_GENERATED))
+    co = yield call("Vector", call.generated)
     w = yield call("W")
     return textures.white_noise(call.graph, int(call.node.noise_dimensions[0]), call.wanted == "Color", co, w)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from headwater.materials import Expr, Graph, Unsupported
 from headwater.materials import opcodes as op
 
+GENERATED = ".generated"  # attribute of meshes: texture space, before anything deformed them
 MAX_LINKS = 10000  # hops followed from one socket; a longer chain is taken as unlinked
 _SCALARS = {"VALUE", "INT", "BOOLEAN"}
 
@@ -152,6 +153,10 @@ class Call:
         self.compiler.attributes.add(name)
         return self.graph.attribute(name, what, self.shift, self.width)
 
+    def generated(self) -> Expr:
+        """Generated coordinates at the (shifted) point; the direction in a background."""
+        return self.attribute(GENERATED) if self.compiler.on_surface else self.input(op.INPUT_GENERATED)
+
     def unsupported(self, reason: str) -> None:
         self.compiler.unsupported(self.node, reason)
 
@@ -164,8 +169,8 @@ class Call:
 class TreeCompiler:
     """Evaluates sockets of one node tree into expressions of one graph."""
 
-    def __init__(self, name: str, handlers: dict):
-        self.name = name
+    def __init__(self, name: str, handlers: dict, on_surface: bool = False):
+        self.name, self.on_surface = name, on_surface
         self.graph = Graph()
         self.normal = self.graph.normal  # what unlinked Normal sockets read
         self.root = Context()

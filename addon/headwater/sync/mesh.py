@@ -10,8 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..nodes.tree import GENERATED
+from .tangents import corner_tangents, face_normals
+
 MAX_ATTRIBUTES = 8  # HW_MAX_ATTRIBUTES of the core
 ACTIVE_UV = ""  # the name by which materials ask for the UV map active for rendering
+_TANGENT = ".tangent"  # ending of the names by which they ask for a UV map's tangents; alone: of the active one
 MAX_SLOTS = 256  # slots are bytes
 
 # Blender's attribute types: property to read, components, NumPy type
@@ -69,8 +73,25 @@ def render_uv(mesh) -> str:
 def _chosen_attributes(mesh, wanted: frozenset, uv: str) -> list[str]:
     """Names to export: those materials ask for, the render UV map first, at most what the core takes."""
     names = [uv] if uv else []
+    wanted = wanted | {name.removesuffix(_TANGENT) for name in _tangent_names(mesh, wanted, uv)}
     names += sorted(name for name in wanted if name and name != uv and name != "position" and name in mesh.attributes)
     return names
+
+
+def _tangent_names(mesh, wanted: frozenset, uv: str) -> list[str]:
+    """Of the names that materials ask for, those that are tangents of a UV map this mesh has."""
+    maps = mesh.uv_layers
+    tangents = sorted(name for name in wanted if name.endswith(_TANGENT) and name not in mesh.attributes)
+    return [name for name in tangents if (name == _TANGENT and uv) or name.removesuffix(_TANGENT) in maps]
+
+
+def generated_coordinates(mesh, positions: np.ndarray) -> np.ndarray:
+    """Vertices in texture space, 0 to 1 over its box, from where they were before deformation, (V, 3)."""
+    before = np.empty_like(positions)
+    mesh.vertices.foreach_get("undeformed_co", before.reshape(-1))
+    size = np.array(mesh.texspace_size, np.float32)
+    low = np.array(mesh.texspace_location, np.float32) - size
+    return (before - low) * np.divide(0.5, size, out=np.zeros_like(size), where=size != 0)
 
 
 class _Reader:
@@ -104,6 +125,9 @@ class _Reader:
                 notes.add(f"Mesh '{mesh.name}': more than {MAX_ATTRIBUTES} attributes used: '{name}' left out")
                 break
             self.attributes.append((name, domain, np.ascontiguousarray(values, np.float32)))
+        if GENERATED in wanted and self.vertices and len(self.attributes) < MAX_ATTRIBUTES:
+            self.attributes.append((GENERATED, "vertex", generated_coordinates(mesh, self.positions)))
+        self.tangents = _tangent_names(mesh, wanted, self.uv)
 
     def digest(self) -> tuple:
         """Two checksums over everything the exported arrays are made of."""
@@ -126,12 +150,34 @@ class _Reader:
             whole = words[: len(words) // 8 * 8].view(np.uint64)
             xor ^= int(np.bitwise_xor.reduce(whole)) if len(whole) else 0
         names = tuple((name, domain) for name, domain, _ in self.attributes)
+        names += tuple(self.tangents)
         return (crc, xor, self.vertices, self.corners, self.faces, mesh.normals_domain, self.uv, names)
 
     def normals(self) -> np.ndarray:
         normals = np.empty((self.corners, 3), np.float32)
         self.mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
         return normals
+
+    def tangent_attributes(self, vertices: np.ndarray, corners: np.ndarray, normals: np.ndarray | None) -> list[tuple]:
+        """Tangents that materials ask for, as corner attributes. vertices, corners: (T, 3)."""
+        found = []
+        if not self.tangents:
+            return found
+        points = self.positions[vertices]
+        if normals is None:
+            at_corners = np.repeat(face_normals(points)[:, None, :], 3, axis=1)
+        else:
+            at_corners = normals[corners]
+        maps = {name: values for name, domain, values in self.attributes if domain == "corner" and values.shape[1] == 2}
+        for name in self.tangents:
+            uv = maps.get(name.removesuffix(_TANGENT) or self.uv)
+            if uv is None or len(self.attributes) + len(found) == MAX_ATTRIBUTES:
+                self.notes.add(f"Mesh '{self.mesh.name}': no room for the tangents of a UV map ('{name}')")
+                continue
+            values = np.zeros((self.corners, 4), np.float32)
+            values[corners] = corner_tangents(points, at_corners, uv[corners])
+            found.append((name, "corner", values))
+        return found
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray | None]:
         """Corners of the triangles (T, 3), and the face of each or None where triangle i is face i."""
@@ -209,7 +255,7 @@ class MeshSync:
         slots = _slots(reader, faces, slot_count)
         positions = reader.positions
         normals = None if mesh.normals_domain == "FACE" else reader.normals()
-        attributes = reader.attributes
+        attributes = reader.attributes + reader.tangent_attributes(vertices, corners, normals)
         if faces is not None:
             attributes = [
                 (name, domain, np.ascontiguousarray(values[faces]) if domain == "face" else values)
