@@ -15,5 +15,6 @@ void bind_constants(nb::module_& m);  // flags, material_ops
 void bind_scene(nb::module_& m);
 void bind_session(nb::module_& m);    // Context, Session, devices()
 void bind_versions(nb::module_& m);
+void bind_benchmark(nb::module_& m);  // tracer_benchmark()
 
 }  // namespace hw::python

@@ -12,4 +12,5 @@ NB_MODULE(_core, m) {
   hw::python::bind_scene(m);
   hw::python::bind_session(m);
   hw::python::bind_versions(m);
+  hw::python::bind_benchmark(m);
 }
