@@ -414,14 +414,17 @@ def test_without_the_cycles_addon(tmp_path):
         light = bpy.data.lights[0]
         light.headwater.use_mis = False
         bpy.data.worlds[0].headwater.diffuse = False
+        bpy.data.objects["Cube"].active_material.headwater.emission_sampling = "NONE"
         bpy.ops.render.render()
         session = core.sessions[-1]
         show(cycles=hasattr(scene, "cycles"), settings=session.settings[-1], flags=core.flags,
-             light=list(session.scene.lights.values())[0]["flags"], world=session.scene.world["flags"])
+             light=list(session.scene.lights.values())[0]["flags"], world=session.scene.world["flags"],
+             material=session.scene.named("materials", "Material")[0]["flags"])
         """,
         tmp_path,
     )
     assert not facts["cycles"]
+    assert facts["material"] & facts["flags"]["HW_MATERIAL_NO_MIS"]
     assert facts["settings"]["max_bounces"] == 3 and facts["settings"]["samples"] == 4
     assert "Denoising Albedo" in facts["settings"]["passes"]
     assert not facts["light"] & facts["flags"]["HW_LIGHT_USE_MIS"]

@@ -145,3 +145,24 @@ show(lamp=[float(x) for x in nodes.compile_lamp(light)])
     assert facts["emission"] == [1.0] * 3 and facts["transparent"] and not facts["shader"]
     assert [round(x, 5) for x in facts["world"]] == [0.2, 0.4, 0.6]
     assert facts["lamp"] == [3.0, 1.5, 0.0]
+
+
+def test_what_displacement_leaves_out_is_listed(tmp_path):
+    facts = check(
+        """
+def displaced(kind, sideways=False, method="BUMP"):
+    def build(tree, out):
+        tree.links.new(tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], out.inputs[0])
+        node = tree.nodes.new(kind)
+        tree.links.new(node.outputs[0], out.inputs["Displacement"])
+        if sideways:
+            tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[1], node.inputs["Normal"])
+    return [str(problem) for problem in material(build).unsupported]
+show(plain=displaced("ShaderNodeDisplacement"), sideways=displaced("ShaderNodeDisplacement", True),
+     vector=displaced("ShaderNodeVectorDisplacement"))
+""",
+        tmp_path,
+    )
+    assert facts["plain"] == []
+    assert any("along the normal" in text for text in facts["sideways"])
+    assert len(facts["vector"]) == 2

@@ -61,8 +61,8 @@ def _output(tree, kind: str):
 
 
 def _setting(block, name: str, default):
-    """A setting of Cycles that may live in the data-block or in the Cycles add-on's group."""
-    for owner in (getattr(block, "cycles", None), block):
+    """A setting of Cycles that may live in its add-on's group, in the data-block, or (without Cycles) in ours."""
+    for owner in (getattr(block, "cycles", None), block, getattr(block, "headwater", None)):
         value = getattr(owner, name, None)
         if value is not None:
             return value
@@ -110,6 +110,9 @@ def _displace(compiler: TreeCompiler, output, material) -> None:
         return
     if _setting(material, "displacement_method", "BUMP") != "BUMP":
         compiler.unsupported(output, "displacement only turns the normal; the surface stays where it is")
+    source = socket.links[0].from_node
+    if source.bl_idname != "ShaderNodeDisplacement" or source.inputs["Normal"].is_linked:
+        compiler.unsupported(output, "only the part of a displacement along the normal is used")
     g = compiler.graph
     width = g.const(0.1)
     heights = [g.dot(compiler.value(socket), g.normal)]

@@ -244,7 +244,7 @@ class _Frame:
     def _instance_settings(self, obj, data, parent) -> dict:
         state, flags = self._state, self._state._flags
         seen = instances.ray_visibility(obj, parent)
-        # As in Cycles: holdout is asked of the object itself, indirect only and colour of what brings it into the layer.
+        # As in Cycles: holdout is asked of the object itself, the rest of what brings it into the view layer.
         holdout = obj.is_holdout or obj.original.holdout_get(view_layer=self._view_layer)
         owner = parent if parent is not None else obj
         if not holdout and owner.original.indirect_only_get(view_layer=self._view_layer):
