@@ -3,10 +3,13 @@
 
 Each measurement is a process of its own; the engines take turns, so that a machine that is busy for a while is busy for
 both. Seconds a sample are the difference quotient of renders with few and with many samples: loading, compiling and
-synchronizing are apart. Denoising, adaptive sampling and clamping are off; Cycles' light tree is on.
+synchronizing are apart. A quotient that is not above 0 says that the samples drowned in the machine's noise: the ratio
+is then "n/a". Denoising, adaptive sampling and clamping are off; Cycles' light tree is on.
 """
 
+import argparse
 import json
+import math
 import os
 import statistics
 import subprocess
@@ -23,6 +26,7 @@ _COLUMNS = (
     ("sample_seconds", "s/sample", "{:.3f}"),
     ("sample_cpu_seconds", "CPU s/sample", "{:.3f}"),
     ("sync_build_seconds", "sync+build s", "{:.3f}"),
+    ("first_sync_build_seconds", "first", "{:.3f}"),
     ("first_image_seconds", "first image s", "{:.1f}"),
     ("first_image_cpu_seconds", "CPU s", "{:.1f}"),
     ("peak_mib", "peak MiB", "{:.0f}"),
@@ -46,7 +50,7 @@ def add_arguments(parser) -> None:
     add("--frames", type=positive, default=3, help="frames of the modes keyframes and script")
     add("--move", default="", metavar="OBJECT", help="which object moves (default: the last mesh)")
     add("--persistent", action="store_true", help="persistent data between frames (script: always)")
-    add("--max-ratio", type=float, metavar="X", help="fail when ours/Cycles' seconds a sample is larger")
+    add("--max-ratio", type=_ratio, metavar="X", help="fail when ours/Cycles' seconds a sample is larger, or n/a")
     add("--timeout", type=positive, default=1800, help="seconds a process may take")
     add("--json", metavar="OUT.json", help="write all measurements")
 
@@ -59,6 +63,8 @@ def run(args) -> int:
             raise UserError(f"'{file}' is not a .blend file", EXIT_USAGE)
     if args.samples[0] >= args.samples[1]:
         raise UserError("--samples: FEW must be less than MANY", EXIT_USAGE)
+    if args.max_ratio is not None and args.mode != "stills":
+        raise UserError(f"--max-ratio is of seconds a sample, which mode {args.mode} does not measure", EXIT_USAGE)
     report = {"machine": _machine(), "settings": _settings(args), "files": []}
     failed = False
     for file in args.files:
@@ -72,7 +78,7 @@ def run(args) -> int:
         if args.mode == "stills":
             entry |= {engine: _stills_summary(results[engine], args.samples) for engine in ENGINES}
             ratio = _print_stills(entry)
-            failed = failed or (args.max_ratio is not None and not ratio <= args.max_ratio)
+            failed = failed or (args.max_ratio is not None and (ratio is None or ratio > args.max_ratio))
         else:
             entry |= {engine: _frames_summary(results[engine]) for engine in ENGINES}
             _print_frames(entry)
@@ -82,6 +88,16 @@ def run(args) -> int:
         with open(args.json, "w", encoding="utf-8") as out:
             json.dump(report, out, indent=1)
     return EXIT_FAILED if failed else 0
+
+
+def _ratio(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number above 0")
+    return value
 
 
 def _machine() -> dict:
@@ -177,6 +193,7 @@ def _stills_summary(processes: list, samples) -> dict:
         "sample_seconds": median(_per_sample(p, "seconds", samples) for p in processes),
         "sample_cpu_seconds": median(_per_sample(p, "cpu_seconds", samples) for p in processes),
         "sync_build_seconds": median(r["sync_build_seconds"] for p in processes for r in p["renders"][1:]),
+        "first_sync_build_seconds": median(p["renders"][0]["sync_build_seconds"] for p in processes),
         "first_image_seconds": median(p["first_image_seconds"] for p in processes),
         "first_image_cpu_seconds": median(p["renders"][0]["cpu_seconds"] for p in processes),
         "peak_mib": median(p["peak_rss_bytes"] for p in processes) / 2**20,
@@ -194,15 +211,20 @@ def _frames_summary(processes: list) -> dict:
     return {"sync_build_seconds": [statistics.median(r["sync_build_seconds"] for r in frame) for frame in frames]}
 
 
-def _print_stills(entry: dict) -> float:
-    """The table of one file. Returns ours / Cycles' seconds a sample."""
+def _quotient(ours: float, theirs: float) -> float | None:
+    """ours / theirs; None where either is not above 0, as a difference between two noisy times can be."""
+    return ours / theirs if ours > 0 and theirs > 0 else None
+
+
+def _print_stills(entry: dict) -> float | None:
+    """The table of one file. Returns ours / Cycles' seconds a sample, None where that says nothing."""
     print(entry["file"])
     rows = [["", *(title for _, title, _ in _COLUMNS)]]
     for engine in ENGINES:
         rows.append([engine, *(form.format(entry[engine][key]) for key, _, form in _COLUMNS)])
-    ratios = {key: entry["headwater"][key] / max(entry["cycles"][key], 1e-9) for key, _, _ in _COLUMNS}
+    ratios = {key: _quotient(entry["headwater"][key], entry["cycles"][key]) for key, _, _ in _COLUMNS}
     entry["ratio"] = ratios
-    rows.append(["ratio", *(f"{ratios[key]:.3f}" for key, _, _ in _COLUMNS)])
+    rows.append(["ratio", *("n/a" if ratios[key] is None else f"{ratios[key]:.3f}" for key, _, _ in _COLUMNS)])
     _print_table(rows)
     return ratios["sample_seconds"]
 
@@ -213,8 +235,8 @@ def _print_frames(entry: dict) -> None:
     rows = [["sync+build s", *(f"frame {n + 1}" for n in range(count)), "frame 2 / frame 1"]]
     for engine in ENGINES:
         seconds = entry[engine]["sync_build_seconds"]
-        share = seconds[1] / seconds[0] if count > 1 else float("nan")
-        rows.append([engine, *(f"{s:.4f}" for s in seconds), f"{share:.2%}"])
+        share = _quotient(seconds[1], seconds[0]) if count > 1 else None
+        rows.append([engine, *(f"{s:.4f}" for s in seconds), "n/a" if share is None else f"{share:.2%}"])
     _print_table(rows)
 
 
