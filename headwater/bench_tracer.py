@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """`headwater bench-tracer`: rays a second of a Tracer beside a plain loop, same rays and threads, in one run.
 
-The contestants take turns in each round and medians count: a Tracer, a plain Embree loop over one robust scene ("plain")
-and the same without the robust flag ("fast").
+The contestants take turns in each round and medians count: a Tracer, a plain Embree loop over one robust scene, "plain",
+and the same without the robust flag, "fast".
 """
 
 import json
 
 from headwater.core import load
 from headwater.errors import EXIT_USAGE, UserError, first_line
+from headwater.render import TRACERS
 
 SIZES = (20_000, 320_000, 2_900_000)
 
@@ -19,7 +20,7 @@ def add_arguments(parser) -> None:
     parser.add_argument("--rays", type=int, default=1 << 20, help="rays a measurement")
     parser.add_argument("--repeats", type=int, default=5, help="rounds; medians count")
     parser.add_argument("--device", default="")
-    parser.add_argument("--tracer", default="embree")
+    parser.add_argument("--tracer", choices=TRACERS, default="embree")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
