@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`headwater bench-tracer`: rays a second of a Tracer beside a plain loop, same rays and threads, in one run.
 
-The contestants take turns in each round and medians count: a Tracer, a plain Embree loop over one robust scene, "plain",
-and the same without the robust flag, "fast".
+The contestants take turns in each round and medians count: the Tracer, a plain Embree loop over a robust scene (plain),
+and the same without the robust flag (fast).
 """
 
 import json
