@@ -11,7 +11,9 @@ std::vector<float> measure_world(Device& device, KernelCache& kernels, const Buf
   Commands commands(device);
   commands.begin_stage("world");
   commands.set_uniforms(root, frame);
-  Push push{.queue = grid.address(), .a = width, .b = height};
+  // A fine map has a cell a texel, near enough; in a coarse one a small bright light could hide between the samples.
+  const std::uint32_t across = width > 512 ? 1 : 2;
+  Push push{.queue = grid.address(), .a = width, .b = height, .c = across};
   commands.dispatch(kernels.get("world_luminance", constants), push.bytes(),
                     static_cast<std::uint32_t>((count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE));
   commands.flush();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Luminance of the world on a latitude-longitude grid, for importance sampling. push.queue: float[a * b].
+// Luminance of the world on a latitude-longitude grid, for importance sampling. push.queue: float[a * b]; each is the mean
+// of c x c directions in its cell.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define HW_WITH_PROGRAMS
@@ -13,10 +14,12 @@ void main() {
   if (i >= push.a * push.b) return;
   vec2 cell = vec2(i % push.a, i / push.a);
   float sum = 0.0;
-  for (uint k = 0u; k < 4u; ++k) {
-    vec2 uv = (cell + vec2(0.25 + 0.5 * float(k & 1u), 0.25 + 0.5 * float(k >> 1u))) / vec2(push.a, push.b);
+  uint taps = push.c * push.c;
+  for (uint k = 0u; k < taps; ++k) {
+    vec2 within = (vec2(k % push.c, k / push.c) + 0.5) / float(push.c);
+    vec2 uv = (cell + within) / vec2(push.a, push.b);
     vec3 c = background_radiance(equirect_to_direction(uv), HW_PATH_SHADOW, 0u, 0u);
     sum += max(dot(c, vec3(0.2126, 0.7152, 0.0722)), 0.0);
   }
-  FloatBuffer(push.queue).at[i] = sum * 0.25;
+  FloatBuffer(push.queue).at[i] = sum / float(taps);
 }
