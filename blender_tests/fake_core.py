@@ -97,7 +97,8 @@ class Scene:
         self.log.append(("instance", id))
 
     def upsert_instances(self, first_id, mesh, matrices, *, random_ids=None, name="", materials=(), visibility=31,
-                         object_index=0, flags=0, color=(1, 1, 1), shadow_terminator_offset=0.1, moves=False):  # fmt: skip
+                         object_index=0, flags=0, color=(1, 1, 1), shadow_terminator_offset=0.1,
+                         moves=False):  # fmt: skip
         settings = {
             k: v for k, v in locals().items() if k not in ("self", "first_id", "mesh", "matrices", "random_ids")
         }
@@ -220,8 +221,8 @@ class Session:
         samples = self.settings[-1]["samples"] if self.settings else 0
         part = 1.0 if time.perf_counter() >= self._end else (time.perf_counter() - self._start) / render_seconds
         return {
-            "sample": int(samples * part), "samples": samples, "rays": 0, "mrays": 1.0, "seconds": 0.1, "remaining": 1.0,
-            "memory": 1 << 20, "stage": "", "error": "",
+            "sample": int(samples * part), "samples": samples, "rays": 0, "mrays": 1.0, "seconds": 0.1,
+            "remaining": 1.0, "memory": 1 << 20, "stage": "", "error": "",
         }  # fmt: skip
 
     def cancel(self):

@@ -29,7 +29,12 @@ def add_arguments(parser) -> None:
         metavar="OUT",
         help="OUT.exr or OUT.png; # marks the frame number (default: the file's name, .exr)",
     )
-    add("--exr-depth", choices=("half", "float"), default="float", help="of colour passes (default: float; data passes always are)")
+    add(
+        "--exr-depth",
+        choices=("half", "float"),
+        default="float",
+        help="of colour passes (default: float; data passes always are)",
+    )
     add("--passes", metavar="A,B,C", help="passes by Cycles' names, e.g. Combined,Depth,Normal; all of them: all")
     add("--size", type=size, metavar="WxH")
     add("--region", type=region, metavar="X0,Y0,X1,Y1", help="pixels, from the bottom left; the rest is cropped away")

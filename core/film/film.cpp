@@ -51,12 +51,16 @@ namespace {
 const PassInfo* colour_of(const PassInfo& pass) {
   switch (pass.bit) {
     case HW_PASS_DIFFUSE_DIRECT:
-    case HW_PASS_DIFFUSE_INDIRECT: return find_pass("Diffuse Color");
+    case HW_PASS_DIFFUSE_INDIRECT:
+      return find_pass("Diffuse Color");
     case HW_PASS_GLOSSY_DIRECT:
-    case HW_PASS_GLOSSY_INDIRECT: return find_pass("Glossy Color");
+    case HW_PASS_GLOSSY_INDIRECT:
+      return find_pass("Glossy Color");
     case HW_PASS_TRANSMISSION_DIRECT:
-    case HW_PASS_TRANSMISSION_INDIRECT: return find_pass("Transmission Color");
-    default: return nullptr;
+    case HW_PASS_TRANSMISSION_INDIRECT:
+      return find_pass("Transmission Color");
+    default:
+      return nullptr;
   }
 }
 
@@ -83,7 +87,8 @@ FilmLayout film_layout(const std::vector<std::string>& names) {
       keep(colour);
       layout.light_passes = true;
     }
-    if (std::find(layout.passes.begin(), layout.passes.end(), pass) == layout.passes.end()) layout.passes.push_back(pass);
+    if (std::find(layout.passes.begin(), layout.passes.end(), pass) == layout.passes.end())
+      layout.passes.push_back(pass);
   }
   if (layout.passes.empty()) layout.passes.push_back(find_pass("Combined"));
   return layout;
@@ -121,7 +126,8 @@ void Film::resolve(const std::vector<float>& sums, const PassInfo& pass, const S
   for (std::size_t i = 0; i < pixels; ++i) {
     const std::uint32_t count = counts.samples + (i < counts.split ? counts.extra : 0);
     const float* in = &sums[i * stride + offset];
-    const float scale = count == 0 ? 0.0f : (pass.averaged ? 1.0f / float(count) : 1.0f) * (pass.exposed ? exposure : 1.0f);
+    const float scale =
+        count == 0 ? 0.0f : (pass.averaged ? 1.0f / float(count) : 1.0f) * (pass.exposed ? exposure : 1.0f);
     for (int c = 0; c < n; ++c) {
       float v = in[c] * scale;
       if (colour) {
@@ -132,7 +138,8 @@ void Film::resolve(const std::vector<float>& sums, const PassInfo& pass, const S
     }
     // Where the first sample met nothing, or a holdout, nothing was written: far away.
     if (pass.bit == HW_PASS_DEPTH && count && out[i] == 0.0f) out[i] = HW_DEPTH_MISS;
-    if (pass.bit == HW_PASS_COMBINED) out[i * 4 + 3] = in[3] * (count ? 1.0f / float(count) : 0.0f);  // alpha is not exposed
+    if (pass.bit == HW_PASS_COMBINED)
+      out[i * 4 + 3] = in[3] * (count ? 1.0f / float(count) : 0.0f);  // alpha is not exposed
   }
 }
 

@@ -15,11 +15,11 @@
 namespace hw {
 
 struct PassInfo {
-  const char* name;     // as Cycles names it
-  std::uint32_t bit;    // HW_PASS_*
+  const char* name;   // as Cycles names it
+  std::uint32_t bit;  // HW_PASS_*
   int channels;
-  bool averaged;        // false: taken from the first sample alone (depth, indices: an average would mean nothing)
-  bool exposed;         // scaled by the film's exposure
+  bool averaged;  // false: taken from the first sample alone (depth, indices: an average would mean nothing)
+  bool exposed;   // scaled by the film's exposure
 };
 const std::vector<PassInfo>& pass_table();
 const PassInfo* find_pass(std::string_view name);  // null when there is none
@@ -28,10 +28,10 @@ const PassInfo* find_pass(std::string_view name);  // null when there is none
 struct FilmLayout {
   std::vector<const PassInfo*> passes;  // in the order asked for
   std::uint32_t mask = 0;
-  std::uint32_t stride = 0;             // floats a pixel
+  std::uint32_t stride = 0;  // floats a pixel
   std::uint32_t offset[HW_PASS_COUNT] = {};
-  bool light_passes = false;            // some pass needs contributions split by lobe
-  bool split_paths() const;             // paths must carry PathSplit
+  bool light_passes = false;  // some pass needs contributions split by lobe
+  bool split_paths() const;   // paths must carry PathSplit
 };
 // Throws std::invalid_argument naming an unknown pass and the known ones.
 FilmLayout film_layout(const std::vector<std::string>& names);
@@ -54,7 +54,8 @@ class Film {
   void download(std::vector<float>& out);
   // Writes a pass of downloaded sums: width * height * channels floats, bottom row first. A pixel without samples reads
   // as zero.
-  void resolve(const std::vector<float>& sums, const PassInfo& pass, const SampleCounts& counts, float exposure, float* out) const;
+  void resolve(const std::vector<float>& sums, const PassInfo& pass, const SampleCounts& counts, float exposure,
+               float* out) const;
   void clear();
 
  private:

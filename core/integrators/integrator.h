@@ -23,15 +23,17 @@ struct IntegratorContext {
   Tracer& tracer;
   KernelCache& kernels;
   Wave& wave;
-  SpecConstants constants;        // features of the scene, passes of the film
+  SpecConstants constants;                     // features of the scene, passes of the film
   std::vector<SpecConstants> class_constants;  // the same for each class of objects (scene/shading_classes.h)
-  bool transparent_shadows;       // some material lets shadow rays through
+  bool transparent_shadows;                    // some material lets shadow rays through
   RenderSettings settings;
   const std::atomic<bool>& cancelled;
 };
 
 // The value of constant 0, the features.
-inline std::uint32_t features_of(const SpecConstants& constants) { return constants.empty() ? ~0u : constants.front().second; }
+inline std::uint32_t features_of(const SpecConstants& constants) {
+  return constants.empty() ? ~0u : constants.front().second;
+}
 
 class Integrator {
  public:

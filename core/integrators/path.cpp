@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Path tracing as a list of stages:
-//   camera → trace → [ sort hits → escaped, surface → shade → light program → trace shadow (→ shadow surface)* → resolve
-//   → trace ]*
-// `escaped` takes what lies behind everything and lamps; `surface` turns hits into closures and takes emission; `shade` samples a light and the BSDF; `resolve` adds the light
-// samples that arrived. `surface` and `shade` run once for each class of objects (scene/shading_classes.h); `light program`
-// only where a light's emission is a program. Paths stay in place, queues of path ids shrink as paths end.
+//   camera → trace → [ sort hits → escaped, surface → shade → light program → trace shadow (→ shadow surface)* →
+//   resolve → trace ]*
+// `escaped` takes what lies behind everything and lamps; `surface` turns hits into closures and takes emission; `shade`
+// samples a light and the BSDF; `resolve` adds the light samples that arrived. `surface` and `shade` run once for each
+// class of objects (scene/shading_classes.h); `light program` only where a light's emission is a program. Paths stay in
+// place, queues of path ids shrink as paths end.
 #include "integrators/path.h"
 
 #include <algorithm>
@@ -43,7 +44,8 @@ PathIntegrator::PathIntegrator(const IntegratorContext& context)
     surface_.push_back(&variant(context, "surface", "surface_procedural", kProcedural, constants));
     shade_.push_back(&context.kernels.get("shade", constants));
   }
-  if (features_of(context.constants) & kPrograms) light_program_ = &context.kernels.get("light_program", context.constants);
+  if (features_of(context.constants) & kPrograms)
+    light_program_ = &context.kernels.get("light_program", context.constants);
   if (context.transparent_shadows) {
     shadow_begin_ = &context.kernels.get("shadow_begin", context.constants);
     shadow_surface_ = &variant(context, "shadow_surface", "shadow_surface_procedural", kProcedural, context.constants);
@@ -51,8 +53,10 @@ PathIntegrator::PathIntegrator(const IntegratorContext& context)
 }
 
 void PathIntegrator::prepare(Commands& commands, Queue* queue, std::uint32_t counter, Queue* clear, Queue* clear2) {
-  Push push{.queue = queue ? queue->address() : 0, .out_queue = clear ? clear->address() : 0,
-            .out_queue2 = clear2 ? clear2->address() : 0, .a = counter};
+  Push push{.queue = queue ? queue->address() : 0,
+            .out_queue = clear ? clear->address() : 0,
+            .out_queue2 = clear2 ? clear2->address() : 0,
+            .a = counter};
   commands.dispatch(prepare_, push.bytes(), 1);
 }
 
@@ -73,7 +77,8 @@ bool PathIntegrator::trace_transparent_shadows(Commands& commands) {
   std::swap(w.shadow_queue, w.shadow_next);
   const std::uint32_t rounds = context_.settings.transparent_bounces + 1;
   for (std::uint32_t round = 0; round <= rounds; ++round) {
-    context_.tracer.closest(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
+    context_.tracer.closest(commands,
+                            {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
     commands.begin_stage("shadow surface");
     Push push{.queue = w.shadow_queue->address(), .out_queue = w.shadow_next->address()};
     commands.dispatch_indirect(*shadow_surface_, push.bytes(), w.shadow_queue->buffer);

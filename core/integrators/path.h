@@ -25,7 +25,7 @@ class PathIntegrator final : public Integrator {
   const Kernel& prepare_;
   std::vector<const Kernel*> surface_, shade_;  // by class
   const Kernel* light_program_ = nullptr;       // only where lights' emission is a program
-  const Kernel* shadow_begin_ = nullptr;  // these two only in scenes that let shadow rays through
+  const Kernel* shadow_begin_ = nullptr;        // these two only in scenes that let shadow rays through
   const Kernel* shadow_surface_ = nullptr;
 };
 

@@ -29,8 +29,9 @@ const std::array<OpInfo, 256>& op_table() {
 
 struct Row {
   explicit Row(const std::uint32_t* w)
-      : op(w[0] & 255u), dst(w[0] >> 8u & 255u), sub(w[0] >> 16u), imm(w[3]),
-        operand{w[1] & 0xFFFFu, w[1] >> 16u, w[2] & 0xFFFFu, w[2] >> 16u, w[3] & 0xFFFFu, w[3] >> 16u} {}
+      : op(w[0] & 255u), dst(w[0] >> 8u & 255u), sub(w[0] >> 16u), imm(w[3]), operand{w[1] & 0xFFFFu, w[1] >> 16u,
+                                                                                      w[2] & 0xFFFFu, w[2] >> 16u,
+                                                                                      w[3] & 0xFFFFu, w[3] >> 16u} {}
   uint op, dst, sub, imm;
   std::array<uint, 6> operand;  // a .. f
 };
@@ -46,37 +47,53 @@ const char* check_variant(const Row& r, const ProgramView& p) {
   switch (r.op) {
     case HW_OP_COMBINE:
       return (r.sub & 3u) > 2u || (r.sub >> 2u & 3u) > 2u || (r.sub >> 4u) > 2u ? "component out of range" : nullptr;
-    case HW_OP_MATH: return r.sub > HW_MATH_TANH ? "unknown function" : nullptr;
-    case HW_OP_MATRIX: return std::size_t(r.imm) + 3 > p.constant_count ? "matrix lies outside the constants" : nullptr;
+    case HW_OP_MATH:
+      return r.sub > HW_MATH_TANH ? "unknown function" : nullptr;
+    case HW_OP_MATRIX:
+      return std::size_t(r.imm) + 3 > p.constant_count ? "matrix lies outside the constants" : nullptr;
     case HW_OP_TABLE:
-      return std::size_t(r.imm) + (r.sub & HW_TABLE_ENTRIES) + 1 > p.constant_count ? "table lies outside the constants" : nullptr;
+      return std::size_t(r.imm) + (r.sub & HW_TABLE_ENTRIES) + 1 > p.constant_count ? "table lies outside the constants"
+                                                                                    : nullptr;
     case HW_OP_INPUT:
       return (r.sub & 255u) >= HW_INPUT_COUNT || r.sub >> 8u > 2u ? "unknown input" : nullptr;
-    case HW_OP_ATTRIBUTE: return (r.sub & 255u) > HW_ATTRIBUTE_EXISTS || r.sub >> 8u > 2u ? "unknown attribute variant" : nullptr;
+    case HW_OP_ATTRIBUTE:
+      return (r.sub & 255u) > HW_ATTRIBUTE_EXISTS || r.sub >> 8u > 2u ? "unknown attribute variant" : nullptr;
     case HW_OP_TRANSFORM:
-      return (r.sub & 3u) > HW_SPACE_CAMERA || (r.sub >> 2u & 3u) > HW_SPACE_CAMERA || r.sub >> 4u > HW_TRANSFORM_AS_NORMAL
-                 ? "unknown space" : nullptr;
+      return (r.sub & 3u) > HW_SPACE_CAMERA || (r.sub >> 2u & 3u) > HW_SPACE_CAMERA ||
+                     r.sub >> 4u > HW_TRANSFORM_AS_NORMAL
+                 ? "unknown space"
+                 : nullptr;
     case HW_OP_IMAGE:
       if (r.imm >= p.image_count) return "image index outside the material's images";
       if ((r.sub & 3u) > HW_INTERPOLATION_CUBIC || (r.sub >> 4u & 3u) > HW_PROJECTION_BOX) return "unknown sampling";
       return r.operand[3] != 0 && (r.operand[3] < HW_REGISTER_FIRST_FREE || r.operand[3] >= HW_VM_REGISTERS)
-                 ? "alpha register out of range" : nullptr;
-    case HW_OP_ENVIRONMENT: return r.sub > 1u ? "unknown projection" : nullptr;
-    case HW_OP_COLOR: return r.sub > HW_COLOR_HSL_TO_RGB ? "unknown conversion" : nullptr;
-    case HW_OP_NORMAL_MAP: return r.sub > HW_NORMAL_MAP_WORLD ? "unknown space" : nullptr;
-    case HW_OP_FRESNEL: return r.sub > 1u ? "unknown variant" : nullptr;
+                 ? "alpha register out of range"
+                 : nullptr;
+    case HW_OP_ENVIRONMENT:
+      return r.sub > 1u ? "unknown projection" : nullptr;
+    case HW_OP_COLOR:
+      return r.sub > HW_COLOR_HSL_TO_RGB ? "unknown conversion" : nullptr;
+    case HW_OP_NORMAL_MAP:
+      return r.sub > HW_NORMAL_MAP_WORLD ? "unknown space" : nullptr;
+    case HW_OP_FRESNEL:
+      return r.sub > 1u ? "unknown variant" : nullptr;
     case HW_OP_NOISE: {
       const uint dims = r.sub >> 4u & 15u;
       return (r.sub & 15u) > HW_NOISE_HETERO_TERRAIN || dims < 1u || dims > 4u ? "unknown noise" : nullptr;
     }
     case HW_OP_VORONOI: {
       const uint dims = r.sub >> 6u & 7u;
-      return (r.sub & 7u) > HW_VORONOI_N_SPHERE_RADIUS || (r.sub >> 3u & 7u) > HW_METRIC_MINKOWSKI || dims < 1u || dims > 4u
-                 ? "unknown Voronoi" : nullptr;
+      return (r.sub & 7u) > HW_VORONOI_N_SPHERE_RADIUS || (r.sub >> 3u & 7u) > HW_METRIC_MINKOWSKI || dims < 1u ||
+                     dims > 4u
+                 ? "unknown Voronoi"
+                 : nullptr;
     }
-    case HW_OP_WHITE_NOISE: return (r.sub & 15u) < 1u || (r.sub & 15u) > 4u ? "dimensions out of range" : nullptr;
-    case HW_OP_MAGIC: return r.sub > 10u ? "depth out of range" : nullptr;
-    default: return nullptr;
+    case HW_OP_WHITE_NOISE:
+      return (r.sub & 15u) < 1u || (r.sub & 15u) > 4u ? "dimensions out of range" : nullptr;
+    case HW_OP_MAGIC:
+      return r.sub > 10u ? "depth out of range" : nullptr;
+    default:
+      return nullptr;
   }
 }
 
@@ -101,7 +118,8 @@ std::string check_section(const ProgramView& p, const char* name, std::size_t fi
     for (uint k = 0; k < loaded; ++k) {
       const uint o = r.operand[k];
       if (o & HW_OPERAND_CONSTANT) {
-        if ((o & 0x7FFFu) >= p.constant_count) return where(name, i, "constant " + std::to_string(o & 0x7FFFu) + " does not exist");
+        if ((o & 0x7FFFu) >= p.constant_count)
+          return where(name, i, "constant " + std::to_string(o & 0x7FFFu) + " does not exist");
       } else if ((info.operands >> k & 1u) && (o >= HW_VM_REGISTERS || !written.test(o))) {
         return where(name, i, "register " + std::to_string(o) + " read before it is written");
       }
@@ -109,7 +127,8 @@ std::string check_section(const ProgramView& p, const char* name, std::size_t fi
     if (const char* reason = check_variant(r, p)) return where(name, i, std::string(info.name) + ": " + reason);
     if (tier_of(r.op) < 3) {
       if (closures) return where(name, i, "a value after the first closure");
-      if (r.dst < HW_REGISTER_FIRST_FREE || r.dst >= HW_VM_REGISTERS) return where(name, i, "destination register out of range");
+      if (r.dst < HW_REGISTER_FIRST_FREE || r.dst >= HW_VM_REGISTERS)
+        return where(name, i, "destination register out of range");
       written.set(r.dst);
       if (r.op == HW_OP_IMAGE && r.operand[3] != 0) written.set(r.operand[3]);
     } else if (arguments > 0) {
@@ -147,21 +166,31 @@ uint closure_features(const ProgramView& p, const std::uint32_t* w) {
   uint f = 0;
   const bool microfacet = r.op == HW_OP_GLOSSY || r.op == HW_OP_GLASS || r.op == HW_OP_METALLIC;
   if (microfacet && (r.sub & 3u) == HW_DISTRIBUTION_MULTI_GGX) f |= HW_FEATURE_MULTISCATTER;
-  if ((r.op == HW_OP_GLOSSY || r.op == HW_OP_METALLIC) && constant_or(p, r.operand[1], 1, 1) != 0) f |= HW_FEATURE_ANISOTROPY;
+  if ((r.op == HW_OP_GLOSSY || r.op == HW_OP_METALLIC) && constant_or(p, r.operand[1], 1, 1) != 0)
+    f |= HW_FEATURE_ANISOTROPY;
   if (r.op >= HW_OP_DIFFUSE && r.op <= HW_OP_METALLIC && r.operand[2] != HW_REGISTER_NORMAL) f |= HW_FEATURE_BUMP;
   switch (r.op) {
-    case HW_OP_DIFFUSE: return f | (constant_or(p, r.operand[1], 0, 1) > 0 ? HW_FEATURE_ROUGH_DIFFUSE : 0u);
-    case HW_OP_TRANSLUCENT: return f | HW_FEATURE_TRANSLUCENT;
-    case HW_OP_GLOSSY: return f | HW_FEATURE_GLOSSY;
+    case HW_OP_DIFFUSE:
+      return f | (constant_or(p, r.operand[1], 0, 1) > 0 ? HW_FEATURE_ROUGH_DIFFUSE : 0u);
+    case HW_OP_TRANSLUCENT:
+      return f | HW_FEATURE_TRANSLUCENT;
+    case HW_OP_GLOSSY:
+      return f | HW_FEATURE_GLOSSY;
     case HW_OP_GLASS:
-    case HW_OP_REFRACTION: return f | HW_FEATURE_TRANSMISSION | HW_FEATURE_GLOSSY;
-    case HW_OP_SHEEN: return f | HW_FEATURE_SHEEN;
-    case HW_OP_TOON: return f | HW_FEATURE_TOON;
+    case HW_OP_REFRACTION:
+      return f | HW_FEATURE_TRANSMISSION | HW_FEATURE_GLOSSY;
+    case HW_OP_SHEEN:
+      return f | HW_FEATURE_SHEEN;
+    case HW_OP_TOON:
+      return f | HW_FEATURE_TOON;
     case HW_OP_METALLIC:
       return f | HW_FEATURE_GLOSSY | (r.sub & HW_METALLIC_CONDUCTOR ? HW_FEATURE_CONDUCTOR : HW_FEATURE_METALLIC);
-    case HW_OP_TRANSPARENT: return f | HW_FEATURE_TRANSPARENT;
-    case HW_OP_PRINCIPLED: return f | principled_features(p, w);
-    default: return f;
+    case HW_OP_TRANSPARENT:
+      return f | HW_FEATURE_TRANSPARENT;
+    case HW_OP_PRINCIPLED:
+      return f | principled_features(p, w);
+    default:
+      return f;
   }
 }
 
@@ -169,7 +198,8 @@ uint closure_features(const ProgramView& p, const std::uint32_t* w) {
 
 std::string check_program(const ProgramView& p) {
   if (p.word_count == 0) return {};
-  if (p.word_count % 4 != 0 || p.word_count / 4 > HW_VM_MAX_ROWS) return "a program has whole rows of 4 words, at most " + std::to_string(HW_VM_MAX_ROWS);
+  if (p.word_count % 4 != 0 || p.word_count / 4 > HW_VM_MAX_ROWS)
+    return "a program has whole rows of 4 words, at most " + std::to_string(HW_VM_MAX_ROWS);
   if (p.constant_count > HW_VM_MAX_CONSTANTS) return "more than " + std::to_string(HW_VM_MAX_CONSTANTS) + " constants";
   if (p.words[0] != HW_PROGRAM_MAGIC) return "not a material program of this version";
   static const char* const kNames[] = {"", "surface", "emission", "transparency"};
@@ -192,7 +222,8 @@ std::uint32_t program_features(const ProgramView& p) {
   return features;
 }
 
-void patch_program_images(std::uint32_t* words, std::size_t word_count, const std::function<std::uint32_t(std::uint32_t)>& use) {
+void patch_program_images(std::uint32_t* words, std::size_t word_count,
+                          const std::function<std::uint32_t(std::uint32_t)>& use) {
   for (std::size_t i = 4; i + 4 <= word_count; i += 4) {
     if ((words[i] & 255u) == HW_OP_IMAGE) words[i + 3] = use(words[i + 3]);
   }
@@ -207,7 +238,9 @@ bool program_reads_attribute(const ProgramView& p, std::uint32_t hash) {
     for (uint k = 0; k < r.operand.size(); ++k) {
       if ((operands >> k & 1u) && r.operand[k] == HW_REGISTER_UV) return true;
     }
-    if (r.op == HW_OP_NORMAL_MAP || (r.op == HW_OP_INPUT && ((r.sub & 255u) == HW_INPUT_UV || (r.sub & 255u) == HW_INPUT_TANGENT))) return true;
+    if (r.op == HW_OP_NORMAL_MAP ||
+        (r.op == HW_OP_INPUT && ((r.sub & 255u) == HW_INPUT_UV || (r.sub & 255u) == HW_INPUT_TANGENT)))
+      return true;
   }
   return false;
 }

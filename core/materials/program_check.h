@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of material programs before they reach the GPU (format: shared/material_program.h). A program comes from a file
-// or a script and is not trusted: the interpreter reads tables by address and checks nothing. What check_program accepts
-// terminates (a section has no jumps and an end) and touches only its own registers, constants and images.
+// Checks of material programs before they reach the GPU (format: shared/material_program.h). A program comes from a
+// file or a script and is not trusted: the interpreter reads tables by address and checks nothing. What check_program
+// accepts terminates (a section has no jumps and an end) and touches only its own registers, constants and images.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +26,8 @@ std::string check_program(const ProgramView& program);
 // constants, so that a Principled row with metallic 0 asks for no metal.
 std::uint32_t program_features(const ProgramView& program);
 
-// Calls `use` with each image index in a checked program and writes back what it returns. For upload: from the material's
-// own list to indices into Root::images.
+// Calls `use` with each image index in a checked program and writes back what it returns. For upload: from the
+// material's own list to indices into Root::images.
 void patch_program_images(std::uint32_t* words, std::size_t word_count,
                           const std::function<std::uint32_t(std::uint32_t)>& use);
 

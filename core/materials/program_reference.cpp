@@ -92,24 +92,38 @@ class Machine {
   vec3 value() {
     const vec3 a = operand(0), b = operand(1), c = operand(2), d = op() == HW_OP_IMAGE ? vec3(0.0f) : operand(3);
     switch (op()) {
-      case HW_OP_MATH: return vec3(scalar_function(sub(), a.x, b.x));
-      case HW_OP_MATRIX: return matrix_row(a);
-      case HW_OP_TABLE: return table_row(a);
-      case HW_OP_COLOR: return color_convert(sub(), a);
-      case HW_OP_FRESNEL: return vec3(fresnel(a.x, b));
-      case HW_OP_IMAGE: return image_row(a);
-      case HW_OP_ENVIRONMENT: return environment(a);
+      case HW_OP_MATH:
+        return vec3(scalar_function(sub(), a.x, b.x));
+      case HW_OP_MATRIX:
+        return matrix_row(a);
+      case HW_OP_TABLE:
+        return table_row(a);
+      case HW_OP_COLOR:
+        return color_convert(sub(), a);
+      case HW_OP_FRESNEL:
+        return vec3(fresnel(a.x, b));
+      case HW_OP_IMAGE:
+        return image_row(a);
+      case HW_OP_ENVIRONMENT:
+        return environment(a);
       case HW_OP_INPUT:
       case HW_OP_ATTRIBUTE:
       case HW_OP_TRANSFORM:
       case HW_OP_BUMP:
-      case HW_OP_NORMAL_MAP: return inputs_.scene ? inputs_.scene(op(), sub(), row_[3], a) : vec3(0.0f);
-      case HW_OP_NOISE: return noise_texture(sub(), a, b, c, d.x);
-      case HW_OP_VORONOI: return voronoi_texture(sub(), a, b, c, d.x);
-      case HW_OP_WHITE_NOISE: return white_noise(sub(), a, b.x);
-      case HW_OP_MAGIC: return magic_texture(sub(), a, c.x, b.x);
-      case HW_OP_BRICK: return brick_texture(sub(), a, b, c, d.x);
-      default: return core_op(op(), sub(), a, b, c);
+      case HW_OP_NORMAL_MAP:
+        return inputs_.scene ? inputs_.scene(op(), sub(), row_[3], a) : vec3(0.0f);
+      case HW_OP_NOISE:
+        return noise_texture(sub(), a, b, c, d.x);
+      case HW_OP_VORONOI:
+        return voronoi_texture(sub(), a, b, c, d.x);
+      case HW_OP_WHITE_NOISE:
+        return white_noise(sub(), a, b.x);
+      case HW_OP_MAGIC:
+        return magic_texture(sub(), a, c.x, b.x);
+      case HW_OP_BRICK:
+        return brick_texture(sub(), a, b, c, d.x);
+      default:
+        return core_op(op(), sub(), a, b, c);
     }
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Material programs run on the host, by the same maths headers as the GPU's interpreter (lib/material_vm.glsl). For tests:
-// what reads the scene's tables (inputs, attributes, images, tangents) is asked of the caller.
+// Material programs run on the host, by the same maths headers as the GPU's interpreter (lib/material_vm.glsl). For
+// tests: what reads the scene's tables (inputs, attributes, images, tangents) is asked of the caller.
 #pragma once
 
 #include <functional>

@@ -2,9 +2,9 @@
 // Checks of array arguments and the words for what is wrong with them.
 #include "python/arrays.h"
 
-#include <algorithm>
-
 #include <nanobind/stl/string.h>
+
+#include <algorithm>
 
 namespace hw::python {
 namespace {
@@ -51,14 +51,15 @@ bool is_contiguous(const AnyArray& array) {
 AnyArray any_array(nb::handle value, const std::string& what) {
   AnyArray array;
   if (value.is_none() || !nb::try_cast<AnyArray>(value, array)) {
-    const std::string message = what + " must be an array, not " + nb::cast<std::string>(nb::str(nb::type_name(value.type())));
+    const std::string message =
+        what + " must be an array, not " + nb::cast<std::string>(nb::str(nb::type_name(value.type())));
     throw nb::type_error(message.c_str());
   }
   return array;
 }
 
-AnyArray take_array(nb::handle value, const nb::dlpack::dtype& type, const char* dtype, std::initializer_list<std::int64_t> shape,
-                    const std::string& what) {
+AnyArray take_array(nb::handle value, const nb::dlpack::dtype& type, const char* dtype,
+                    std::initializer_list<std::int64_t> shape, const std::string& what) {
   const AnyArray array = any_array(value, what);
   if (array.dtype() != type) {
     const std::string message = what + " must have type " + dtype + ", not " + type_text(array.dtype());

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// NumPy arrays (or anything with the buffer or DLPack protocol) as arguments: taken without conversion, with errors that
-// name the argument, its type and shape.
+// NumPy arrays (or anything with the buffer or DLPack protocol) as arguments: taken without conversion, with errors
+// that name the argument, its type and shape.
 #pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
 
 #include <cstdint>
 #include <initializer_list>
 #include <string>
 #include <vector>
-
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 namespace hw::python {
 
@@ -21,8 +21,8 @@ constexpr std::int64_t kAny = -1;
 
 // TypeError when `value` is no array of type `dtype` (as NumPy names it), ValueError when it is not C-contiguous or its
 // shape does not match. `what` goes in front of the message: `mesh "Cube" (id 7): positions`.
-AnyArray take_array(nb::handle value, const nb::dlpack::dtype& type, const char* dtype, std::initializer_list<std::int64_t> shape,
-                    const std::string& what);
+AnyArray take_array(nb::handle value, const nb::dlpack::dtype& type, const char* dtype,
+                    std::initializer_list<std::int64_t> shape, const std::string& what);
 
 std::string shape_text(const AnyArray& array);
 bool is_contiguous(const AnyArray& array);
@@ -31,10 +31,22 @@ AnyArray any_array(nb::handle value, const std::string& what);
 
 template <class T>
 constexpr const char* dtype_name();
-template <> constexpr const char* dtype_name<float>() { return "float32"; }
-template <> constexpr const char* dtype_name<double>() { return "float64"; }
-template <> constexpr const char* dtype_name<std::uint32_t>() { return "uint32"; }
-template <> constexpr const char* dtype_name<std::uint8_t>() { return "uint8"; }
+template <>
+constexpr const char* dtype_name<float>() {
+  return "float32";
+}
+template <>
+constexpr const char* dtype_name<double>() {
+  return "float64";
+}
+template <>
+constexpr const char* dtype_name<std::uint32_t>() {
+  return "uint32";
+}
+template <>
+constexpr const char* dtype_name<std::uint8_t>() {
+  return "uint8";
+}
 
 template <class T>
 AnyArray take(nb::handle value, std::initializer_list<std::int64_t> shape, const std::string& what) {

@@ -10,8 +10,8 @@ namespace hw::python {
 
 namespace {
 
-nb::list run(std::uint32_t triangles, std::uint32_t rays, int repeats, const std::string& device, const std::string& tracer,
-             int threads) {
+nb::list run(std::uint32_t triangles, std::uint32_t rays, int repeats, const std::string& device,
+             const std::string& tracer, int threads) {
   std::vector<TracerBenchRow> rows;
   {
     nb::gil_scoped_release release;
@@ -40,9 +40,11 @@ nb::list run(std::uint32_t triangles, std::uint32_t rays, int repeats, const std
 
 void bind_benchmark(nb::module_& m) {
   using namespace nb::literals;
-  m.def("tracer_benchmark", &run, "triangles"_a, "rays"_a, "repeats"_a, "device"_a = "", "tracer"_a = "auto", "threads"_a = 0,
+  m.def("tracer_benchmark", &run, "triangles"_a, "rays"_a, "repeats"_a, "device"_a = "", "tracer"_a = "auto",
+        "threads"_a = 0,
         "Rays a second of a Tracer beside a plain Embree loop on the same rays, triangles and threads.\n\n"
-        "One dict for camera rays, one for random rays. Figures are medians of `repeats` turns in Mrays/s: 'closest' and\n"
+        "One dict for camera rays, one for random rays. Figures are medians of `repeats` turns in Mrays/s: 'closest' "
+        "and\n"
         "'any' of the Tracer, 'plain' of a loop over one robust scene, 'fast' of the same without the robust flag.");
 }
 

@@ -2,9 +2,9 @@
 // The parts of the Python module headwater._core.
 #pragma once
 
-#include <string>
-
 #include <nanobind/nanobind.h>
+
+#include <string>
 
 namespace hw::python {
 
@@ -13,7 +13,7 @@ namespace nb = nanobind;
 void bind_errors(nb::module_& m);     // SceneError, DeviceError and its kinds
 void bind_constants(nb::module_& m);  // flags, material_ops
 void bind_scene(nb::module_& m);
-void bind_session(nb::module_& m);    // Context, Session, devices()
+void bind_session(nb::module_& m);  // Context, Session, devices()
 void bind_versions(nb::module_& m);
 void bind_benchmark(nb::module_& m);  // tracer_benchmark()
 

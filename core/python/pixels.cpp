@@ -33,11 +33,14 @@ ImageData take_image(nanobind::handle value, const std::string& label) {
   const AnyArray pixels = any_array(value, label + ": pixels");
   const std::size_t channels = pixels.ndim() == 3 ? pixels.shape(2) : 1;
   if ((pixels.ndim() != 2 && pixels.ndim() != 3) || (channels != 1 && channels != 3 && channels != 4))
-    throw nb::value_error((label + ": pixels must have shape (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), not " + shape_text(pixels)).c_str());
+    throw nb::value_error(
+        (label + ": pixels must have shape (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), not " + shape_text(pixels))
+            .c_str());
   if (!is_contiguous(pixels))
     throw nb::value_error((label + ": pixels must be C-contiguous (numpy.ascontiguousarray makes it so)").c_str());
   constexpr std::size_t kLargest = std::numeric_limits<std::uint32_t>::max();
-  if (pixels.shape(0) > kLargest || pixels.shape(1) > kLargest) throw SceneError(label + ": " + shape_text(pixels) + " is too large");
+  if (pixels.shape(0) > kLargest || pixels.shape(1) > kLargest)
+    throw SceneError(label + ": " + shape_text(pixels) + " is too large");
   image.height = static_cast<std::uint32_t>(pixels.shape(0));
   image.width = static_cast<std::uint32_t>(pixels.shape(1));
   const std::size_t count = std::size_t{image.width} * image.height;

@@ -2,19 +2,19 @@
 // headwater._core.Scene: edits under stable ids. Arrays are copied here once; everything else is checked by the scene.
 #include "scene/scene.h"
 
-#include <algorithm>
-#include <limits>
-#include <optional>
-#include <string>
-#include <tuple>
-#include <vector>
-
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "python/arrays.h"
 #include "python/bind.h"
@@ -34,8 +34,8 @@ Matrix34 take_matrix(nb::handle value, const std::string& what) {
   const AnyArray array = any_array(value, what);
   if (array.dtype() == nb::dtype<double>()) {  // mathutils and NumPy default to it; twelve numbers cost nothing
     const AnyArray wide = take<double>(value, {3, 4}, what);
-    std::transform(static_cast<const double*>(wide.data()), static_cast<const double*>(wide.data()) + 12, matrix.begin(),
-                   [](double x) { return static_cast<float>(x); });
+    std::transform(static_cast<const double*>(wide.data()), static_cast<const double*>(wide.data()) + 12,
+                   matrix.begin(), [](double x) { return static_cast<float>(x); });
     return matrix;
   }
   const AnyArray narrow = take<float>(value, {3, 4}, what);
@@ -73,8 +73,9 @@ AttributeData take_attribute(nb::handle value, const std::string& label) {
   return attribute;
 }
 
-void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positions, nb::object tri_vertices, nb::object tri_corners,
-                 nb::object normals, nb::object tri_slots, nb::object attributes, int default_uv) {
+void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positions, nb::object tri_vertices,
+                 nb::object tri_corners, nb::object normals, nb::object tri_slots, nb::object attributes,
+                 int default_uv) {
   const std::string label = scene_label("mesh", name, id);
   MeshData mesh;
   mesh.name = name;
@@ -94,9 +95,9 @@ void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positi
   scene.upsert_mesh(id, std::move(mesh));
 }
 
-InstanceData instance_data(Id mesh, const std::string& name, std::vector<Id> materials, std::optional<std::uint32_t> visibility,
-                           std::uint32_t object_index, std::uint32_t random_id, std::uint32_t flags, Color color,
-                           float shadow_terminator_offset, bool moves) {
+InstanceData instance_data(Id mesh, const std::string& name, std::vector<Id> materials,
+                           std::optional<std::uint32_t> visibility, std::uint32_t object_index, std::uint32_t random_id,
+                           std::uint32_t flags, Color color, float shadow_terminator_offset, bool moves) {
   InstanceData data;
   data.name = name;
   data.mesh = mesh;
@@ -111,17 +112,22 @@ InstanceData instance_data(Id mesh, const std::string& name, std::vector<Id> mat
   return data;
 }
 
-void upsert_light(Scene& scene, Id id, const std::string& name, const std::string& kind, nb::object matrix, Color color, float power,
-                  std::optional<std::uint32_t> flags, bool normalize, float radius, float angle, float size_x, float size_y, bool ellipse,
-                  float spread, float spot_size, float spot_blend) {
+void upsert_light(Scene& scene, Id id, const std::string& name, const std::string& kind, nb::object matrix, Color color,
+                  float power, std::optional<std::uint32_t> flags, bool normalize, float radius, float angle,
+                  float size_x, float size_y, bool ellipse, float spread, float spot_size, float spot_blend) {
   const std::string label = scene_label("light", name, id);
   LightData light;
   light.name = name;
-  if (kind == "point") light.type = HW_LIGHT_POINT;
-  else if (kind == "spot") light.type = HW_LIGHT_SPOT;
-  else if (kind == "sun") light.type = HW_LIGHT_SUN;
-  else if (kind == "area") light.type = HW_LIGHT_AREA;
-  else throw SceneError(label + ": unknown kind \"" + kind + "\" (known: point, spot, sun, area)");
+  if (kind == "point")
+    light.type = HW_LIGHT_POINT;
+  else if (kind == "spot")
+    light.type = HW_LIGHT_SPOT;
+  else if (kind == "sun")
+    light.type = HW_LIGHT_SUN;
+  else if (kind == "area")
+    light.type = HW_LIGHT_AREA;
+  else
+    throw SceneError(label + ": unknown kind \"" + kind + "\" (known: point, spot, sun, area)");
   if (flags) light.flags = *flags;
   light.object_to_world = take_matrix(matrix, label + ": matrix");
   light.color = color, light.power = power, light.normalize = normalize;
@@ -131,8 +137,8 @@ void upsert_light(Scene& scene, Id id, const std::string& name, const std::strin
   scene.upsert_light(id, std::move(light));
 }
 
-void upsert_material(Scene& scene, Id id, const std::string& name, nb::object program, nb::object constants, std::vector<Id> images,
-                     std::uint32_t flags, Color emission, std::uint32_t pass_index) {
+void upsert_material(Scene& scene, Id id, const std::string& name, nb::object program, nb::object constants,
+                     std::vector<Id> images, std::uint32_t flags, Color emission, std::uint32_t pass_index) {
   const std::string label = scene_label("material", name, id);
   MaterialData material;
   material.name = name;
@@ -145,8 +151,8 @@ void upsert_material(Scene& scene, Id id, const std::string& name, nb::object pr
   scene.upsert_material(id, std::move(material));
 }
 
-void set_world(Scene& scene, const std::string& name, Color color, Id material, std::uint32_t importance_width, bool sample,
-               std::optional<std::uint32_t> flags) {
+void set_world(Scene& scene, const std::string& name, Color color, Id material, std::uint32_t importance_width,
+               bool sample, std::optional<std::uint32_t> flags) {
   WorldData world;
   world.name = name;
   world.color = color;
@@ -158,13 +164,17 @@ void set_world(Scene& scene, const std::string& name, Color color, Id material, 
 }
 
 void set_camera(Scene& scene, const std::string& kind, nb::object matrix, std::tuple<float, float, float, float> plane,
-                std::tuple<float, float> clip, float aperture_radius, float focus_distance, std::uint32_t blades, float rotation,
-                float ratio) {
+                std::tuple<float, float> clip, float aperture_radius, float focus_distance, std::uint32_t blades,
+                float rotation, float ratio) {
   CameraData camera{};
-  if (kind == "perspective") camera.type = HW_CAMERA_PERSPECTIVE;
-  else if (kind == "orthographic") camera.type = HW_CAMERA_ORTHOGRAPHIC;
-  else if (kind == "panoramic") camera.type = HW_CAMERA_PANORAMIC;
-  else throw SceneError("camera: unknown kind \"" + kind + "\" (known: perspective, orthographic, panoramic)");
+  if (kind == "perspective")
+    camera.type = HW_CAMERA_PERSPECTIVE;
+  else if (kind == "orthographic")
+    camera.type = HW_CAMERA_ORTHOGRAPHIC;
+  else if (kind == "panoramic")
+    camera.type = HW_CAMERA_PANORAMIC;
+  else
+    throw SceneError("camera: unknown kind \"" + kind + "\" (known: perspective, orthographic, panoramic)");
   const Matrix34 to_world = take_matrix(matrix, "camera: matrix");
   std::copy(to_world.begin(), to_world.end(), camera.camera_to_world);
   std::tie(camera.left, camera.right, camera.bottom, camera.top) = plane;
@@ -179,8 +189,9 @@ void set_camera(Scene& scene, const std::string& kind, nb::object matrix, std::t
 
 void bind_geometry(nb::class_<Scene>& scene) {
   scene
-      .def("upsert_mesh", &upsert_mesh, "id"_a, "name"_a, "positions"_a, "tri_vertices"_a, nb::kw_only(), "tri_corners"_a = nb::none(),
-           "normals"_a = nb::none(), "tri_slots"_a = nb::none(), "attributes"_a = nb::none(), "default_uv"_a = -1,
+      .def("upsert_mesh", &upsert_mesh, "id"_a, "name"_a, "positions"_a, "tri_vertices"_a, nb::kw_only(),
+           "tri_corners"_a = nb::none(), "normals"_a = nb::none(), "tri_slots"_a = nb::none(),
+           "attributes"_a = nb::none(), "default_uv"_a = -1,
            "Sets a mesh, in object space.\n\n"
            "positions: (V, 3) float32, metres; NaN and infinity are refused.\n"
            "tri_vertices: (T, 3) uint32 into positions; T may be 0.\n"
@@ -188,7 +199,8 @@ void bind_geometry(nb::class_<Scene>& scene) {
            "normals: (C, 3) float32, unit, one a corner; None: flat. One that is not finite or is zero becomes the\n"
            "    geometric normal of its triangle.\n"
            "tri_slots: (T,) uint8, material slot of each triangle; None: slot 0.\n"
-           "attributes: [(name, \"vertex\" | \"corner\" | \"face\", (N,) or (N, 1..4) float32)], at most 8; N is V, C or T.\n"
+           "attributes: [(name, \"vertex\" | \"corner\" | \"face\", (N,) or (N, 1..4) float32)], at most 8; N is V, C "
+           "or T.\n"
            "    Values that are not finite become 0.\n"
            "default_uv: index of the UV map among attributes, -1: none.")
       .def("remove_mesh", &Scene::remove_mesh, "id"_a, "Removes a mesh. SceneError while an instance uses it.")
@@ -196,18 +208,19 @@ void bind_geometry(nb::class_<Scene>& scene) {
       .def(
           "upsert_instance",
           [](Scene& self, Id id, Id mesh, nb::object matrix, const std::string& name, std::vector<Id> materials,
-             std::optional<std::uint32_t> visibility, std::uint32_t object_index, std::uint32_t random_id, std::uint32_t flags, Color color,
-             float shadow_terminator_offset, bool moves) {
-            InstanceData data = instance_data(mesh, name, std::move(materials), visibility, object_index, random_id, flags, color,
-                                              shadow_terminator_offset, moves);
+             std::optional<std::uint32_t> visibility, std::uint32_t object_index, std::uint32_t random_id,
+             std::uint32_t flags, Color color, float shadow_terminator_offset, bool moves) {
+            InstanceData data = instance_data(mesh, name, std::move(materials), visibility, object_index, random_id,
+                                              flags, color, shadow_terminator_offset, moves);
             data.object_to_world = take_matrix(matrix, scene_label("instance", name, id) + ": matrix");
             self.upsert_instance(id, std::move(data));
           },
-          "id"_a, "mesh"_a, "matrix"_a, nb::kw_only(), "name"_a = "", "materials"_a = std::vector<Id>(), "visibility"_a = nb::none(),
-          "object_index"_a = 0, "random_id"_a = 0, "flags"_a = 0, "color"_a = Color{1, 1, 1}, "shadow_terminator_offset"_a = 0.1f,
-          "moves"_a = false,
+          "id"_a, "mesh"_a, "matrix"_a, nb::kw_only(), "name"_a = "", "materials"_a = std::vector<Id>(),
+          "visibility"_a = nb::none(), "object_index"_a = 0, "random_id"_a = 0, "flags"_a = 0,
+          "color"_a = Color{1, 1, 1}, "shadow_terminator_offset"_a = 0.1f, "moves"_a = false,
           "Sets an instance of a mesh.\n\n"
-          "matrix: (3, 4) float32 or float64, object to world. One without volume is allowed: an object flattened along one\n"
+          "matrix: (3, 4) float32 or float64, object to world. One without volume is allowed: an object flattened "
+          "along one\n"
           "    axis is seen as a sheet, one flattened along more is not seen.\n"
           "materials: ids by slot, 0: the default material; slots past the end take the last.\n"
           "visibility: HW_MASK_* bits. flags: HW_INSTANCE_*. object_index: for the Object Index pass.\n"
@@ -216,8 +229,8 @@ void bind_geometry(nb::class_<Scene>& scene) {
       .def(
           "upsert_instances",
           [](Scene& self, Id first_id, Id mesh, nb::object matrices, nb::object random_ids, const std::string& name,
-             std::vector<Id> materials, std::optional<std::uint32_t> visibility, std::uint32_t object_index, std::uint32_t random_id,
-             std::uint32_t flags, Color color, float shadow_terminator_offset, bool moves) {
+             std::vector<Id> materials, std::optional<std::uint32_t> visibility, std::uint32_t object_index,
+             std::uint32_t random_id, std::uint32_t flags, Color color, float shadow_terminator_offset, bool moves) {
             const std::string label = scene_label("instance", name, first_id);
             const AnyArray rows = take<float>(matrices, {kAny, 3, 4}, label + ": matrices");
             const std::size_t count = rows.shape(0);
@@ -228,13 +241,13 @@ void bind_geometry(nb::class_<Scene>& scene) {
               random = static_cast<const std::uint32_t*>(random_rows.data());
             }
             self.upsert_instances(first_id,
-                                  instance_data(mesh, name, std::move(materials), visibility, object_index, random_id, flags, color,
-                                                shadow_terminator_offset, moves),
+                                  instance_data(mesh, name, std::move(materials), visibility, object_index, random_id,
+                                                flags, color, shadow_terminator_offset, moves),
                                   static_cast<const float*>(rows.data()), random, count);
           },
           "first_id"_a, "mesh"_a, "matrices"_a, nb::kw_only(), "random_ids"_a = nb::none(), "name"_a = "",
-          "materials"_a = std::vector<Id>(), "visibility"_a = nb::none(), "object_index"_a = 0, "random_id"_a = 0, "flags"_a = 0,
-          "color"_a = Color{1, 1, 1}, "shadow_terminator_offset"_a = 0.1f, "moves"_a = false,
+          "materials"_a = std::vector<Id>(), "visibility"_a = nb::none(), "object_index"_a = 0, "random_id"_a = 0,
+          "flags"_a = 0, "color"_a = Color{1, 1, 1}, "shadow_terminator_offset"_a = 0.1f, "moves"_a = false,
           "Sets instances first_id, first_id + 1, ... of one mesh, alike but for matrix and random number.\n\n"
           "matrices: (N, 3, 4) float32. random_ids: (N,) uint32, None: random_id for all. The rest as upsert_instance.")
       .def("remove_instance", &Scene::remove_instance, "id"_a, "Removes one instance.")
@@ -245,25 +258,29 @@ void bind_geometry(nb::class_<Scene>& scene) {
 void bind_shading(nb::class_<Scene>& scene) {
   const LightData light;
   scene
-      .def("upsert_light", &upsert_light, "id"_a, "name"_a, "kind"_a, "matrix"_a, nb::kw_only(), "color"_a = light.color,
-           "power"_a = light.power, "flags"_a = nb::none(), "normalize"_a = light.normalize, "radius"_a = light.radius,
-           "angle"_a = light.angle, "size_x"_a = light.size_x, "size_y"_a = light.size_y, "ellipse"_a = light.ellipse,
-           "spread"_a = light.spread, "spot_size"_a = light.spot_size, "spot_blend"_a = light.spot_blend,
+      .def("upsert_light", &upsert_light, "id"_a, "name"_a, "kind"_a, "matrix"_a, nb::kw_only(),
+           "color"_a = light.color, "power"_a = light.power, "flags"_a = nb::none(), "normalize"_a = light.normalize,
+           "radius"_a = light.radius, "angle"_a = light.angle, "size_x"_a = light.size_x, "size_y"_a = light.size_y,
+           "ellipse"_a = light.ellipse, "spread"_a = light.spread, "spot_size"_a = light.spot_size,
+           "spot_blend"_a = light.spot_blend,
            "Sets a lamp; units and conventions are Blender's.\n\n"
            "kind: \"point\", \"spot\", \"sun\" or \"area\". matrix: (3, 4), it shines along its -Z.\n"
            "color: linear, times the strength of its nodes. power: W, for a sun W/m^2.\n"
            "flags: HW_LIGHT_* bits. normalize: power does not grow with size.\n"
-           "radius: metres (point, spot). angle: full angle, radians (sun). size_x, size_y: metres; ellipse; spread: full\n"
+           "radius: metres (point, spot). angle: full angle, radians (sun). size_x, size_y: metres; ellipse; spread: "
+           "full\n"
            "angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).")
       .def("remove_light", &Scene::remove_light, "id"_a, "Removes a lamp.")
-      .def("upsert_material", &upsert_material, "id"_a, "name"_a, "program"_a, "constants"_a, "images"_a = std::vector<Id>(), "flags"_a = 0,
-           "emission"_a = Color{0, 0, 0}, "pass_index"_a = 0,
+      .def("upsert_material", &upsert_material, "id"_a, "name"_a, "program"_a, "constants"_a,
+           "images"_a = std::vector<Id>(), "flags"_a = 0, "emission"_a = Color{0, 0, 0}, "pass_index"_a = 0,
            "Sets a material. SceneError when the program is malformed.\n\n"
-           "id: above 0. program: (W,) uint32, constants: (K, 4) float32, as shaders/shared/material_program.h describes.\n"
+           "id: above 0. program: (W,) uint32, constants: (K, 4) float32, as shaders/shared/material_program.h "
+           "describes.\n"
            "images: ids that the program's image operands index, 0: a missing image. flags: HW_MATERIAL_*.\n"
            "emission: radiance when it is constant, else an estimate of it, for choosing lights.\n"
            "pass_index: for the Material Index pass.")
-      .def("remove_material", &Scene::remove_material, "id"_a, "Removes a material. SceneError while an instance or the world uses it.")
+      .def("remove_material", &Scene::remove_material, "id"_a,
+           "Removes a material. SceneError while an instance or the world uses it.")
       .def(
           "upsert_image",
           [](Scene& self, Id id, const std::string& name, nb::object pixels, bool srgb, bool premultiplied) {
@@ -274,22 +291,24 @@ void bind_shading(nb::class_<Scene>& scene) {
           },
           "id"_a, "name"_a, "pixels"_a.none(), nb::kw_only(), "srgb"_a = false, "premultiplied"_a = false,
           "Sets an image.\n\n"
-          "id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1), float16\n"
+          "id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1), "
+          "float16\n"
           "    or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.\n"
           "srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha.")
       .def("remove_image", &Scene::remove_image, "id"_a, "Removes an image. SceneError while a material uses it.")
-      .def("set_world", &set_world, "name"_a = "", "color"_a = Color{0, 0, 0}, "material"_a = 0, "importance_width"_a = 0, "sample"_a = true,
-           "flags"_a = nb::none(),
+      .def("set_world", &set_world, "name"_a = "", "color"_a = Color{0, 0, 0}, "material"_a = 0,
+           "importance_width"_a = 0, "sample"_a = true, "flags"_a = nb::none(),
            "Sets the world.\n\n"
            "color: constant radiance, when material is 0. material: id of one whose program ends in a background.\n"
            "importance_width: resolution of its importance map, 0: by its images. sample: sample it as a light.\n"
            "flags: HW_LIGHT_* bits, which rays see it.")
       .def("set_camera", &set_camera, "kind"_a, "matrix"_a, "plane"_a, nb::kw_only(),
-           "clip"_a = std::make_tuple(0.1f, 1000.0f), "aperture_radius"_a = 0.0f, "focus_distance"_a = 10.0f, "blades"_a = 0,
-           "rotation"_a = 0.0f, "ratio"_a = 1.0f,
+           "clip"_a = std::make_tuple(0.1f, 1000.0f), "aperture_radius"_a = 0.0f, "focus_distance"_a = 10.0f,
+           "blades"_a = 0, "rotation"_a = 0.0f, "ratio"_a = 1.0f,
            "Sets the camera.\n\n"
            "kind: \"perspective\", \"orthographic\" or \"panoramic\". matrix: (3, 4), it looks along its -Z, Y is up.\n"
-           "plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in metres\n"
+           "plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in "
+           "metres\n"
            "    (orthographic). clip: (start, end), metres along the viewing direction.\n"
            "aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.\n"
            "rotation: radians. ratio: of the aperture, 1: round.");
@@ -298,9 +317,11 @@ void bind_shading(nb::class_<Scene>& scene) {
 }  // namespace
 
 void bind_scene(nb::module_& m) {
-  nb::class_<Scene> scene(m, "Scene",
-                          "Scene data under ids that the caller chooses. An edit takes effect whole or raises SceneError (or TypeError for\n"
-                          "an argument of the wrong type) and changes nothing. Not for use from several threads at once.");
+  nb::class_<Scene> scene(
+      m, "Scene",
+      "Scene data under ids that the caller chooses. An edit takes effect whole or raises SceneError (or TypeError "
+      "for\n"
+      "an argument of the wrong type) and changes nothing. Not for use from several threads at once.");
   scene.def(nb::init<>());
   bind_geometry(scene);
   bind_shading(scene);

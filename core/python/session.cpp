@@ -2,13 +2,13 @@
 // headwater._core.Context and Session, and what there is to choose from: devices, integrators, passes.
 #include "session/session.h"
 
-#include <algorithm>
-#include <string>
-
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <string>
 
 #include "python/arrays.h"
 #include "python/bind.h"
@@ -45,7 +45,8 @@ nb::list devices() {
   return list;
 }
 
-std::shared_ptr<Context> new_context(const std::string& device, const std::string& tracer, int threads, bool validation) {
+std::shared_ptr<Context> new_context(const std::string& device, const std::string& tracer, int threads,
+                                     bool validation) {
   if (threads < 0) throw nb::value_error("threads must be 0 (all) or more");
   nb::gil_scoped_release release;
   return make_context(device, tracer, threads, validation);
@@ -97,7 +98,8 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
   if (pass == passes.end()) {
     std::string known;
     for (const auto& p : passes) known += (known.empty() ? "" : ", ") + p.first;
-    throw nb::value_error(("no pass \"" + name + "\" is being rendered (there are: " + (known.empty() ? "none" : known) + ")").c_str());
+    throw nb::value_error(
+        ("no pass \"" + name + "\" is being rendered (there are: " + (known.empty() ? "none" : known) + ")").c_str());
   }
   std::uint32_t width = 0, height = 0;
   session.size(width, height);
@@ -122,37 +124,46 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
   return out;
 }
 
-
 void bind_context(nb::module_& m) {
   nb::class_<Context>(m, "Context", "A Vulkan device and the Tracer that serves it. Expensive to make: keep it.")
       .def(nb::new_(&new_context), "device"_a = "", "tracer"_a = "auto", "threads"_a = 0, "validation"_a = false,
-           "device: empty for the best, a part of a device's name, its index, or \"gpu\", \"discrete\", \"integrated\",\n"
+           "device: empty for the best, a part of a device's name, its index, or \"gpu\", \"discrete\", "
+           "\"integrated\",\n"
            "    \"cpu\". tracer: \"auto\", \"embree\" or \"ray_query\". threads: of the host, 0: all.\n"
            "validation: turn on Vulkan's validation layers.\n"
            "DeviceError when there is no such device, or it can't do what is needed; the message says why.")
-      .def_prop_ro("device", [](const Context& c) { return device_dict(c.device->info()); },
-                   "The device in use: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.")
-      .def_prop_ro("tracer", [](const Context& c) { return std::string(c.tracer->name()); }, "\"embree\" or \"ray_query\".")
-      .def_prop_ro("validation_messages", [](const Context& c) { return c.device->validation_messages(); },
-                   "Messages of the validation layers so far; they are printed to stderr.")
-      .def_prop_ro("memory", [](const Context& c) { return c.device->bytes_in_use(); }, "Bytes of device buffers in use.")
-      .def_prop_ro("peak_memory", [](const Context& c) { return c.device->peak_bytes(); }, "The most there were.")
-      .def("set_memory_limit", [](Context& c, std::uint64_t bytes) { c.device->set_memory_limit(bytes); }, "bytes"_a,
-           "Buffers that would go past this many bytes raise OutOfMemory; 0: no limit.");
+      .def_prop_ro(
+          "device", [](const Context& c) { return device_dict(c.device->info()); },
+          "The device in use: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.")
+      .def_prop_ro(
+          "tracer", [](const Context& c) { return std::string(c.tracer->name()); }, "\"embree\" or \"ray_query\".")
+      .def_prop_ro(
+          "validation_messages", [](const Context& c) { return c.device->validation_messages(); },
+          "Messages of the validation layers so far; they are printed to stderr.")
+      .def_prop_ro(
+          "memory", [](const Context& c) { return c.device->bytes_in_use(); }, "Bytes of device buffers in use.")
+      .def_prop_ro(
+          "peak_memory", [](const Context& c) { return c.device->peak_bytes(); }, "The most there were.")
+      .def(
+          "set_memory_limit", [](Context& c, std::uint64_t bytes) { c.device->set_memory_limit(bytes); }, "bytes"_a,
+          "Buffers that would go past this many bytes raise OutOfMemory; 0: no limit.");
 }
 
 }  // namespace
 
 void bind_session(nb::module_& m) {
   bind_context(m);
-  nb::class_<Session>(m, "Session",
-                      "A scene being rendered on a device. Keeps the scene's tables on the device from frame to frame.\n\n"
-                      "progress(), read(), wait() and cancel() may be called from any thread while a render is under way;\n"
-                      "scene edits may be made then too, sync() may not.")
+  nb::class_<Session>(
+      m, "Session",
+      "A scene being rendered on a device. Keeps the scene's tables on the device from frame to frame.\n\n"
+      "progress(), read(), wait() and cancel() may be called from any thread while a render is under way;\n"
+      "scene edits may be made then too, sync() may not.")
       .def(nb::init<std::shared_ptr<Context>, std::shared_ptr<Scene>>(), "context"_a, "scene"_a)
       .def("sync", &sync,
-           "Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while rendering.\n\n"
-           "Returns seconds (commit_seconds, upload_seconds, build_seconds, lights_seconds), what the scene holds (meshes,\n"
+           "Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while "
+           "rendering.\n\n"
+           "Returns seconds (commit_seconds, upload_seconds, build_seconds, lights_seconds), what the scene holds "
+           "(meshes,\n"
            "instances, lights, triangles, materials, images) and what was sent (meshes_uploaded, instances_uploaded,\n"
            "bytes_uploaded).")
       .def(
@@ -163,23 +174,29 @@ void bind_session(nb::module_& m) {
             self.start(s);
           },
           "settings"_a,
-          "Begins rendering on the core's own thread. `settings`: the members of RenderSettings (docs/architecture.md); only\n"
+          "Begins rendering on the core's own thread. `settings`: the members of RenderSettings "
+          "(docs/architecture.md); only\n"
           "width and height must be there. ValueError or TypeError names a bad one.")
-      .def("wait", &Session::wait, "milliseconds"_a, nb::call_guard<nb::gil_scoped_release>(), "Waits; True when the render has ended.")
+      .def("wait", &Session::wait, "milliseconds"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "Waits; True when the render has ended.")
       .def("progress", &progress,
-           "sample, samples, rays, mrays (million a second), seconds, remaining (below 0: not known), memory (bytes), stage,\n"
+           "sample, samples, rays, mrays (million a second), seconds, remaining (below 0: not known), memory (bytes), "
+           "stage,\n"
            "finished, cancelled, error.")
       .def("cancel", &Session::cancel, "Asks the render to end soon; what was accumulated stays readable.")
-      .def("finish", &Session::finish, nb::call_guard<nb::gil_scoped_release>(), "Waits for the end; raises what ended the render, if an error did.")
+      .def("finish", &Session::finish, nb::call_guard<nb::gil_scoped_release>(),
+           "Waits for the end; raises what ended the render, if an error did.")
       .def("passes", &Session::passes, "[(name, channels)] of the render, in the order asked for.")
       .def("read", &read, "name"_a, "out"_a = nb::none(),
            "Pixels of a pass, averaged over the samples so far: (H, W, C) float32, bottom row first, scene-linear.\n\n"
            "out: an array of this shape to fill and return; None: a new one. May be called while rendering.")
-      .def("stats", [](const Session& self) { return nb::module_::import_("json").attr("loads")(self.stats_json()); },
-           "Seconds by stage, rays, Mrays/s, memory: a dictionary.");
+      .def(
+          "stats", [](const Session& self) { return nb::module_::import_("json").attr("loads")(self.stats_json()); },
+          "Seconds by stage, rays, Mrays/s, memory: a dictionary.");
 
   m.def("devices", &devices,
-        "All Vulkan devices, best first: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.\n"
+        "All Vulkan devices, best first: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, "
+        "ray_pipeline.\n"
         "Empty when there is no Vulkan loader or driver; Context then says why.");
   m.def("all_passes", &all_passes, "[(name, channels)] of every pass that can be asked for, by Cycles' names.");
   m.def("integrators", &integrator_names, "Names of the integrators.");

@@ -2,13 +2,13 @@
 // One setter for each member of RenderSettings, found by name.
 #include "python/settings.h"
 
+#include <nanobind/stl/string.h>
+
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
-
-#include <nanobind/stl/string.h>
 
 namespace hw::python {
 
@@ -18,7 +18,8 @@ namespace {
 
 [[noreturn]] void wrong_type(const std::string& key, const char* wanted, nb::handle value) {
   throw nb::type_error(("setting \"" + key + "\" must be " + wanted + ", not " +
-                        nb::cast<std::string>(nb::str(nb::type_name(value.type())))).c_str());
+                        nb::cast<std::string>(nb::str(nb::type_name(value.type()))))
+                           .c_str());
 }
 
 void take(const std::string& key, nb::handle value, std::uint32_t& out) {
@@ -29,7 +30,8 @@ void take(const std::string& key, nb::handle value, std::uint32_t& out) {
   }
   const nb::object held = nb::steal(whole);
   if (!nb::try_cast<std::uint32_t>(held, out))
-    throw nb::value_error(("setting \"" + key + "\" must be from 0 to 4294967295, not " + nb::cast<std::string>(nb::str(held))).c_str());
+    throw nb::value_error(
+        ("setting \"" + key + "\" must be from 0 to 4294967295, not " + nb::cast<std::string>(nb::str(held))).c_str());
 }
 
 void take(const std::string& key, nb::handle value, double& out) {
@@ -81,7 +83,8 @@ nb::object sequence(const std::string& key, nb::handle value, const char* wanted
 
 void take(const std::string& key, nb::handle value, std::array<std::uint32_t, 4>& out) {
   const nb::object items = sequence(key, value, "four whole numbers (x0, y0, x1, y1)");
-  if (nb::len(items) != 4) throw nb::value_error(("setting \"" + key + "\" must be four whole numbers (x0, y0, x1, y1)").c_str());
+  if (nb::len(items) != 4)
+    throw nb::value_error(("setting \"" + key + "\" must be four whole numbers (x0, y0, x1, y1)").c_str());
   for (std::size_t i = 0; i < 4; ++i) take(key, items[i], out[i]);
 }
 
@@ -96,13 +99,18 @@ using Setter = std::function<void(RenderSettings&, const std::string&, nb::handl
 const std::map<std::string, Setter>& setters() {
   static const std::map<std::string, Setter> table = [] {
     std::map<std::string, Setter> t;
-#define HW_SETTING(name) t[#name] = [](RenderSettings& s, const std::string& key, nb::handle value) { take(key, value, s.name); }
-    HW_SETTING(width), HW_SETTING(height), HW_SETTING(region), HW_SETTING(samples), HW_SETTING(first_sample), HW_SETTING(seed);
-    HW_SETTING(time_limit), HW_SETTING(integrator), HW_SETTING(lights), HW_SETTING(max_bounces), HW_SETTING(diffuse_bounces);
-    HW_SETTING(glossy_bounces), HW_SETTING(transmission_bounces), HW_SETTING(transparent_bounces), HW_SETTING(min_bounces);
+#define HW_SETTING(name) \
+  t[#name] = [](RenderSettings& s, const std::string& key, nb::handle value) { take(key, value, s.name); }
+    HW_SETTING(width), HW_SETTING(height), HW_SETTING(region), HW_SETTING(samples), HW_SETTING(first_sample),
+        HW_SETTING(seed);
+    HW_SETTING(time_limit), HW_SETTING(integrator), HW_SETTING(lights), HW_SETTING(max_bounces),
+        HW_SETTING(diffuse_bounces);
+    HW_SETTING(glossy_bounces), HW_SETTING(transmission_bounces), HW_SETTING(transparent_bounces),
+        HW_SETTING(min_bounces);
     HW_SETTING(clamp_direct), HW_SETTING(clamp_indirect), HW_SETTING(filter_glossy), HW_SETTING(caustics_reflective);
     HW_SETTING(caustics_refractive), HW_SETTING(filter), HW_SETTING(filter_width), HW_SETTING(transparent_film);
-    HW_SETTING(transparent_glass), HW_SETTING(exposure), HW_SETTING(mist_start), HW_SETTING(mist_depth), HW_SETTING(mist_falloff);
+    HW_SETTING(transparent_glass), HW_SETTING(exposure), HW_SETTING(mist_start), HW_SETTING(mist_depth),
+        HW_SETTING(mist_falloff);
     HW_SETTING(pass_alpha_threshold), HW_SETTING(tile_pixels), HW_SETTING(passes);
 #undef HW_SETTING
     t["mist"] = [](RenderSettings& s, const std::string& key, nb::handle value) {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What this module was built with, for `headwater info` and bug reports.
-#include "trace/embree_api.h"
-
-#include <string>
-
 #include <nanobind/stl/string.h>
 #include <volk.h>
 
+#include <string>
+
 #include "python/bind.h"
+#include "trace/embree_api.h"
 
 namespace hw::python {
 
@@ -33,7 +32,8 @@ nb::dict versions() {
 }  // namespace
 
 void bind_versions(nb::module_& m) {
-  m.def("versions", &versions, "What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).");
+  m.def("versions", &versions,
+        "What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).");
 }
 
 }  // namespace hw::python

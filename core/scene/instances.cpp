@@ -9,8 +9,8 @@ namespace hw {
 namespace {
 
 bool same_shared(const InstanceData& a, const InstanceData& b) {
-  return a.mesh == b.mesh && a.materials == b.materials && a.visibility == b.visibility && a.object_index == b.object_index &&
-         a.random_id == b.random_id && a.flags == b.flags && a.color == b.color &&
+  return a.mesh == b.mesh && a.materials == b.materials && a.visibility == b.visibility &&
+         a.object_index == b.object_index && a.random_id == b.random_id && a.flags == b.flags && a.color == b.color &&
          a.shadow_terminator_offset == b.shadow_terminator_offset && a.moves == b.moves && a.name == b.name;
 }
 
@@ -45,7 +45,8 @@ InstanceGroup Scene::Impl::slice(const InstanceGroup& group, std::size_t begin, 
   part.shared = group.shared;
   part.matrices.assign(group.matrices.begin() + begin, group.matrices.begin() + end);
   if (!group.previous.empty()) part.previous.assign(group.previous.begin() + begin, group.previous.begin() + end);
-  if (!group.random_ids.empty()) part.random_ids.assign(group.random_ids.begin() + begin, group.random_ids.begin() + end);
+  if (!group.random_ids.empty())
+    part.random_ids.assign(group.random_ids.begin() + begin, group.random_ids.begin() + end);
   part.revision = group.revision;
   part.moved_frame = group.moved_frame;
   part.created_frame = group.created_frame;
@@ -70,8 +71,8 @@ std::map<Id, InstanceGroup>::iterator Scene::Impl::split_at(Id id) {
   return it;
 }
 
-void Scene::Impl::set_instances(Id first, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
-                                std::size_t count) {
+void Scene::Impl::set_instances(Id first, const InstanceData& shared, const float* matrices,
+                                const std::uint32_t* random_ids, std::size_t count) {
   const Matrix34* rows = reinterpret_cast<const Matrix34*>(matrices);
   InstanceData common = shared;
   common.object_to_world = Matrix34{};
@@ -79,7 +80,8 @@ void Scene::Impl::set_instances(Id first, const InstanceData& shared, const floa
   // The common case in an animation: the same range again. Only what differs is marked.
   if (auto it = groups.find(first); it != groups.end() && it->second.matrices.size() == count) {
     InstanceGroup& group = it->second;
-    const std::vector<std::uint32_t> ids = random_ids ? std::vector<std::uint32_t>(random_ids, random_ids + count) : std::vector<std::uint32_t>{};
+    const std::vector<std::uint32_t> ids =
+        random_ids ? std::vector<std::uint32_t>(random_ids, random_ids + count) : std::vector<std::uint32_t>{};
     const bool same = same_shared(group.shared, common) && group.random_ids == ids;
     const bool moved = std::memcmp(group.matrices.data(), matrices, count * sizeof(Matrix34)) != 0;
     if (moved) {

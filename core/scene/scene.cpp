@@ -56,7 +56,9 @@ MeshArrays mesh_views(const MeshData& data) {
 bool invert(const float* matrix, float* out) {
   double m[12], inverse[9];
   std::copy(matrix, matrix + 12, m);
-  const auto minor = [&](int r0, int r1, int c0, int c1) { return m[4 * r0 + c0] * m[4 * r1 + c1] - m[4 * r0 + c1] * m[4 * r1 + c0]; };
+  const auto minor = [&](int r0, int r1, int c0, int c1) {
+    return m[4 * r0 + c0] * m[4 * r1 + c1] - m[4 * r0 + c1] * m[4 * r1 + c0];
+  };
   inverse[0] = minor(1, 2, 1, 2), inverse[1] = -minor(0, 2, 1, 2), inverse[2] = minor(0, 1, 1, 2);
   inverse[3] = -minor(1, 2, 0, 2), inverse[4] = minor(0, 2, 0, 2), inverse[5] = -minor(0, 1, 0, 2);
   inverse[6] = minor(1, 2, 0, 1), inverse[7] = -minor(0, 2, 0, 1), inverse[8] = minor(0, 1, 0, 1);
@@ -102,8 +104,8 @@ void Scene::upsert_instance(Id id, InstanceData instance) {
   upsert_instances(id, instance, matrix.data(), nullptr, 1);
 }
 
-void Scene::upsert_instances(Id first_id, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
-                             std::size_t count) {
+void Scene::upsert_instances(Id first_id, const InstanceData& shared, const float* matrices,
+                             const std::uint32_t* random_ids, std::size_t count) {
   if (count == 0) return;
   check_instance(first_id, shared, matrices, count);
   check_references(*impl_, first_id, shared);
@@ -163,12 +165,14 @@ void Scene::set_camera(const CameraData& camera) {
   check_camera(camera);
   Impl& scene = *impl_;
   CameraData next = camera;
-  if (next.type == HW_CAMERA_PANORAMIC) next.left = next.bottom = -1, next.right = next.top = 1;  // it has no picture plane
+  if (next.type == HW_CAMERA_PANORAMIC)
+    next.left = next.bottom = -1, next.right = next.top = 1;  // it has no picture plane
   if (!scene.has_camera) {
     invert(next.camera_to_world, next.previous_world_to_camera);
     copy_plane(next, next);
   } else if (scene.camera_frame == scene.frame) {  // set twice in one frame: the last frame's stays the previous one
-    std::memcpy(next.previous_world_to_camera, scene.camera.previous_world_to_camera, sizeof(next.previous_world_to_camera));
+    std::memcpy(next.previous_world_to_camera, scene.camera.previous_world_to_camera,
+                sizeof(next.previous_world_to_camera));
     next.previous_left = scene.camera.previous_left, next.previous_right = scene.camera.previous_right;
     next.previous_bottom = scene.camera.previous_bottom, next.previous_top = scene.camera.previous_top;
   } else {
@@ -192,7 +196,8 @@ void Scene::remove_mesh(Id id) {
         user = scene_label("instance", group.shared.name, first);
         break;
       }
-    throw SceneError(scene_label("mesh", entry.data.name, id) + " is used by " + user + (entry.users > 1 ? " and others" : ""));
+    throw SceneError(scene_label("mesh", entry.data.name, id) + " is used by " + user +
+                     (entry.users > 1 ? " and others" : ""));
   }
   scene.meshes.erase(id);
   ++scene.revision;
@@ -285,10 +290,11 @@ void Scene::clear() {
   Impl fresh;
   fresh.revision = scene.revision + 1;
   fresh.frame = scene.frame;
-  fresh.layout_revision = fresh.lights_revision = fresh.materials_revision = fresh.images_revision = fresh.world_revision =
-      fresh.camera_revision = scene.revision;
+  fresh.layout_revision = fresh.lights_revision = fresh.materials_revision = fresh.images_revision =
+      fresh.world_revision = fresh.camera_revision = scene.revision;
   for (const auto& [id, mesh] : scene.meshes) fresh.pending.meshes_removed.push_back(id);
-  fresh.pending.lights = fresh.pending.materials = fresh.pending.images = fresh.pending.camera = fresh.pending.world = true;
+  fresh.pending.lights = fresh.pending.materials = fresh.pending.images = fresh.pending.camera = fresh.pending.world =
+      true;
   fresh.instances_other = true;
   scene = std::move(fresh);
 }

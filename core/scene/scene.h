@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plain scene data under stable ids: what a caller says, checked at this boundary, with track of what changed.
-// Every upsert either takes effect whole or throws SceneError naming the object and the reason; the scene stays as it was.
+// Every upsert either takes effect whole or throws SceneError naming the object and the reason; the scene stays as it
+// was.
 #pragma once
 
 #include <array>
@@ -18,7 +19,9 @@
 
 namespace hw {
 
-struct SceneError : std::runtime_error { using std::runtime_error::runtime_error; };
+struct SceneError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 using Id = std::uint64_t;
 using Matrix34 = std::array<float, 12>;  // row-major, object to world
 
@@ -33,11 +36,11 @@ struct AttributeData {
 
 struct MeshData {
   std::string name;
-  std::vector<float> positions;              // 3 V
-  std::vector<std::uint32_t> tri_vertices;   // 3 T
-  std::vector<std::uint32_t> tri_corners;    // 3 T or empty
-  std::vector<float> normals;                // 3 C or empty (flat)
-  std::vector<std::uint8_t> tri_slots;       // T or empty
+  std::vector<float> positions;             // 3 V
+  std::vector<std::uint32_t> tri_vertices;  // 3 T
+  std::vector<std::uint32_t> tri_corners;   // 3 T or empty
+  std::vector<float> normals;               // 3 C or empty (flat)
+  std::vector<std::uint8_t> tri_slots;      // T or empty
   std::vector<AttributeData> attributes;
   int default_uv = -1;
 };
@@ -46,8 +49,9 @@ struct InstanceData {
   std::string name;
   Id mesh = 0;
   Matrix34 object_to_world{};
-  std::vector<Id> materials;                 // per slot; 0 = default material
-  std::uint32_t visibility = HW_MASK_CAMERA | HW_MASK_DIFFUSE | HW_MASK_GLOSSY | HW_MASK_TRANSMISSION | HW_MASK_SHADOW_OPAQUE;
+  std::vector<Id> materials;  // per slot; 0 = default material
+  std::uint32_t visibility =
+      HW_MASK_CAMERA | HW_MASK_DIFFUSE | HW_MASK_GLOSSY | HW_MASK_TRANSMISSION | HW_MASK_SHADOW_OPAQUE;
   std::uint32_t object_index = 0;
   std::uint32_t random_id = 0;
   std::uint32_t flags = 0;
@@ -58,56 +62,60 @@ struct InstanceData {
 
 struct LightData {
   std::string name;
-  std::uint32_t type = HW_LIGHT_POINT;       // lamps only: point, spot, sun, area
-  std::uint32_t flags = HW_LIGHT_CAST_SHADOW | HW_LIGHT_USE_MIS | HW_LIGHT_DIFFUSE | HW_LIGHT_GLOSSY | HW_LIGHT_TRANSMISSION;
+  std::uint32_t type = HW_LIGHT_POINT;  // lamps only: point, spot, sun, area
+  std::uint32_t flags =
+      HW_LIGHT_CAST_SHADOW | HW_LIGHT_USE_MIS | HW_LIGHT_DIFFUSE | HW_LIGHT_GLOSSY | HW_LIGHT_TRANSMISSION;
   Matrix34 object_to_world{};
-  std::array<float, 3> color{1, 1, 1};       // linear, times strength; the lamp's power is separate
-  float power = 1;                           // Blender's `energy`: W for point, spot, area; W m^-2 for sun
-  bool normalize = true;                     // Blender's Normalize: power is divided by the area
-  float radius = 0;                          // point, spot
-  float angle = 0;                           // sun: full angle, rad
-  float size_x = 1, size_y = 1;              // area: full size
+  std::array<float, 3> color{1, 1, 1};  // linear, times strength; the lamp's power is separate
+  float power = 1;                      // Blender's `energy`: W for point, spot, area; W m^-2 for sun
+  bool normalize = true;                // Blender's Normalize: power is divided by the area
+  float radius = 0;                     // point, spot
+  float angle = 0;                      // sun: full angle, rad
+  float size_x = 1, size_y = 1;         // area: full size
   bool ellipse = false;
-  float spread = 3.14159265f;                // area: full angle, rad
-  float spot_size = 0.785398f;               // full cone angle, rad
+  float spread = 3.14159265f;   // area: full angle, rad
+  float spot_size = 0.785398f;  // full cone angle, rad
   float spot_blend = 0.15f;
 };
 
 struct MaterialData {
   std::string name;
-  std::vector<std::uint32_t> program;        // see shared/material_program.h
-  std::vector<float> constants;              // 4 floats each
-  std::vector<Id> images;                    // what the program's image operands index
-  std::uint32_t flags = 0;                   // HW_MATERIAL_*
+  std::vector<std::uint32_t> program;  // see shared/material_program.h
+  std::vector<float> constants;        // 4 floats each
+  std::vector<Id> images;              // what the program's image operands index
+  std::uint32_t flags = 0;             // HW_MATERIAL_*
   std::array<float, 3> emission{0, 0, 0};
   std::uint32_t pass_index = 0;
 };
 
 struct ImageData {
   std::string name;
-  std::uint32_t width = 0, height = 0;       // 0 x 0: missing
+  std::uint32_t width = 0, height = 0;  // 0 x 0: missing
   std::uint32_t format = HW_TEXEL_RGBA8;
   std::uint32_t flags = 0;
-  std::vector<std::uint8_t> texels;          // bottom row first
+  std::vector<std::uint8_t> texels;  // bottom row first
 };
 
 struct WorldData {
   std::string name;
   std::array<float, 3> color{0, 0, 0};
-  Id material = 0;                           // a material whose program ends in a background; 0: constant colour
-  std::uint32_t importance_width = 0;        // resolution of the importance map, 0 = automatic (as Cycles)
-  bool sample = true;                        // next-event estimation towards the world
+  Id material = 0;                     // a material whose program ends in a background; 0: constant colour
+  std::uint32_t importance_width = 0;  // resolution of the importance map, 0 = automatic (as Cycles)
+  bool sample = true;                  // next-event estimation towards the world
   std::uint32_t flags = HW_LIGHT_CAMERA | HW_LIGHT_DIFFUSE | HW_LIGHT_GLOSSY | HW_LIGHT_TRANSMISSION | HW_LIGHT_USE_MIS;
 };
 
-using CameraData = CameraRecord;             // already in picture-plane form; previous_* filled by the scene
+using CameraData = CameraRecord;  // already in picture-plane form; previous_* filled by the scene
 
 // What commit() found changed since the last commit.
 struct Changes {
   std::vector<Id> meshes_set, meshes_removed;
   bool instances = false, lights = false, materials = false, images = false, camera = false, world = false;
-  bool transforms_only = false;              // instances changed only in their matrices
-  bool any() const { return !meshes_set.empty() || !meshes_removed.empty() || instances || lights || materials || images || camera || world; }
+  bool transforms_only = false;  // instances changed only in their matrices
+  bool any() const {
+    return !meshes_set.empty() || !meshes_removed.empty() || instances || lights || materials || images || camera ||
+           world;
+  }
 };
 
 class Scene {
@@ -115,13 +123,14 @@ class Scene {
   void upsert_mesh(Id id, MeshData mesh);
   void upsert_instance(Id id, InstanceData instance);
   // Many instances of one mesh at once: `matrices` holds 12 floats each; ids are first_id, first_id + 1, ...
-  void upsert_instances(Id first_id, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids, std::size_t count);
+  void upsert_instances(Id first_id, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
+                        std::size_t count);
   void upsert_light(Id id, LightData light);
   void upsert_material(Id id, MaterialData material);
   void upsert_image(Id id, ImageData image);
   void set_world(WorldData world);
   void set_camera(const CameraData& camera);
-  void remove_mesh(Id id);       // throws while an instance uses it
+  void remove_mesh(Id id);  // throws while an instance uses it
   void remove_instance(Id id);
   void remove_instances(Id first_id, std::size_t count);
   void remove_light(Id id);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene's own state, shared by scene.cpp and tables.cpp only.
 //
-// Every entry carries the revision at which it last changed; a reader (Tables) keeps the revision it has seen, so that any
-// number of readers can follow one scene. Maps are ordered, so that table indices, and with them the image's bits, do not
-// depend on hashing.
+// Every entry carries the revision at which it last changed; a reader (Tables) keeps the revision it has seen, so that
+// any number of readers can follow one scene. Maps are ordered, so that table indices, and with them the image's bits,
+// do not depend on hashing.
 #pragma once
 
 #include <map>
@@ -26,7 +26,7 @@ struct MeshArrays {
 MeshArrays mesh_views(const MeshData& data);
 
 struct MeshEntry {
-  MeshData data;             // vectors are empty while `lender` holds the arrays
+  MeshData data;  // vectors are empty while `lender` holds the arrays
   MeshArrays arrays;
   MeshSummary summary;
   const void* lender = nullptr;
@@ -37,7 +37,7 @@ struct MeshEntry {
 
 // Instances first_id, first_id + 1, ... of one mesh that share all but matrix and random number.
 struct InstanceGroup {
-  InstanceData shared;                    // its object_to_world is not used
+  InstanceData shared;  // its object_to_world is not used
   std::vector<Matrix34> matrices;
   std::vector<Matrix34> previous;         // last frame's; empty: the same as `matrices`
   std::vector<std::uint32_t> random_ids;  // empty: shared.random_id for all
@@ -58,7 +58,7 @@ struct MaterialEntry {
 };
 
 struct ImageEntry {
-  ImageData data;              // texels are empty while `lender` holds them
+  ImageData data;  // texels are empty while `lender` holds them
   std::span<const std::uint8_t> texels;
   const void* lender = nullptr;
   std::uint64_t revision = 0;
@@ -79,14 +79,16 @@ struct Scene::Impl {
   std::uint64_t revision = 1;         // the next change's revision
   std::uint64_t frame = 0;            // commits so far
   std::uint64_t layout_revision = 1;  // instances came, went, or changed mesh or slots
-  std::uint64_t lights_revision = 1, materials_revision = 1, images_revision = 1, world_revision = 1, camera_revision = 1;
-  std::uint64_t camera_frame = 0;     // commit count when the camera was last set
+  std::uint64_t lights_revision = 1, materials_revision = 1, images_revision = 1, world_revision = 1,
+                camera_revision = 1;
+  std::uint64_t camera_frame = 0;  // commit count when the camera was last set
 
   Changes pending;
   bool instances_moved = false, instances_other = false;
 
   // Instance groups (instances.cpp).
-  void set_instances(Id first, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids, std::size_t count);
+  void set_instances(Id first, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
+                     std::size_t count);
   void remove_instances(Id first, std::size_t count);
   const InstanceGroup* find_group(Id id, Id* first = nullptr) const;
   void settle_transforms();  // at commit: groups not moved in this frame stand still

@@ -19,12 +19,14 @@ constexpr struct {
   std::uint32_t feature;
   float cost;
 } kCosts[] = {
-    {HW_FEATURE_GLOSSY, 4},         {HW_FEATURE_METALLIC, 3},      {HW_FEATURE_CONDUCTOR, 3},     {HW_FEATURE_TRANSMISSION, 6},
-    {HW_FEATURE_TRANSLUCENT, 1},    {HW_FEATURE_SHEEN, 3},         {HW_FEATURE_COAT, 5},          {HW_FEATURE_ANISOTROPY, 2},
-    {HW_FEATURE_ROUGH_DIFFUSE, 2},  {HW_FEATURE_TOON, 1},          {HW_FEATURE_MULTISCATTER, 1},  {vm(HW_VM_MATH), 2},
-    {vm(HW_VM_TABLE), 2},           {vm(HW_VM_INPUT), 5},          {vm(HW_VM_IMAGE), 6},          {vm(HW_VM_COLOR), 2},
-    {vm(HW_VM_NORMAL), 4},          {vm(HW_VM_NOISE), 60},         {vm(HW_VM_VORONOI), 60},       {vm(HW_VM_PATTERN), 20},
-    {vm(HW_VM_BSDF), 8},            {vm(HW_VM_PRINCIPLED), 6},
+    {HW_FEATURE_GLOSSY, 4},       {HW_FEATURE_METALLIC, 3},     {HW_FEATURE_CONDUCTOR, 3},
+    {HW_FEATURE_TRANSMISSION, 6}, {HW_FEATURE_TRANSLUCENT, 1},  {HW_FEATURE_SHEEN, 3},
+    {HW_FEATURE_COAT, 5},         {HW_FEATURE_ANISOTROPY, 2},   {HW_FEATURE_ROUGH_DIFFUSE, 2},
+    {HW_FEATURE_TOON, 1},         {HW_FEATURE_MULTISCATTER, 1}, {vm(HW_VM_MATH), 2},
+    {vm(HW_VM_TABLE), 2},         {vm(HW_VM_INPUT), 5},         {vm(HW_VM_IMAGE), 6},
+    {vm(HW_VM_COLOR), 2},         {vm(HW_VM_NORMAL), 4},        {vm(HW_VM_NOISE), 60},
+    {vm(HW_VM_VORONOI), 60},      {vm(HW_VM_PATTERN), 20},      {vm(HW_VM_BSDF), 8},
+    {vm(HW_VM_PRINCIPLED), 6},
 };
 constexpr float kBaseCost = 15;
 // One more class means more kernels to load and smaller dispatches: classes are merged while that costs less than this
@@ -57,8 +59,8 @@ ShadingClasses choose_shading_classes(const std::map<std::uint32_t, std::size_t>
   float total = 0;
   for (const auto& [features, count] : objects) {
     classes.all |= features;
-    // How much of the picture objects cover is not known here: a thousand pebbles count for more than one floor, but not
-    // for a thousand.
+    // How much of the picture objects cover is not known here: a thousand pebbles count for more than one floor, but
+    // not for a thousand.
     groups.push_back({features, std::sqrt(float(count))});
   }
   if (groups.empty()) return classes;
@@ -76,7 +78,8 @@ ShadingClasses choose_shading_classes(const std::map<std::uint32_t, std::size_t>
     for (std::size_t a = 0; a < groups.size(); ++a)
       for (std::size_t b = a + 1; b < groups.size(); ++b) {
         const float merged = (groups[a].weight + groups[b].weight) * cost(groups[a].features | groups[b].features);
-        const float loss = merged - groups[a].weight * cost(groups[a].features) - groups[b].weight * cost(groups[b].features);
+        const float loss =
+            merged - groups[a].weight * cost(groups[a].features) - groups[b].weight * cost(groups[b].features);
         if (loss < least) least = loss, best_a = a, best_b = b;
       }
     if (groups.size() <= HW_MAX_SHADING_CLASSES && least > kClassCost * total) break;
@@ -85,7 +88,8 @@ ShadingClasses choose_shading_classes(const std::map<std::uint32_t, std::size_t>
     groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(best_b));
   }
   // Cheapest first: an object that several classes could shade takes the cheapest.
-  std::sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return cost(a.features) < cost(b.features); });
+  std::sort(groups.begin(), groups.end(),
+            [](const Group& a, const Group& b) { return cost(a.features) < cost(b.features); });
   classes.features.clear();
   for (const Group& g : groups) classes.features.push_back(g.features);
   return classes;

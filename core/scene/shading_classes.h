@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sorts a scene's objects into a few classes by what shading them takes. Each class gets kernels specialised for it
-// (shared/features.h): on a device that runs every branch, lavapipe before Mesa 24 above all, the many plain objects of a
-// scene then don't pay for its few glasses and noise textures; on others, neighbouring lanes do more alike.
+// (shared/features.h): on a device that runs every branch, lavapipe before Mesa 24 above all, the many plain objects of
+// a scene then don't pay for its few glasses and noise textures; on others, neighbouring lanes do more alike.
 #pragma once
 
 #include <cstddef>

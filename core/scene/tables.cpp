@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Order of an update: meshes and images, materials (they name images), instances (they name meshes and materials), lights
-// (they need all of these), the Tracer's build, the root.
+// Order of an update: meshes and images, materials (they name images), instances (they name meshes and materials),
+// lights (they need all of these), the Tracer's build, the root.
 #include "scene/tables.h"
 
 #include <chrono>
@@ -71,7 +71,8 @@ TableCounts Tables::update() {
   update_instances(counts);
   feed_tracer_instances();
   counts.bytes_uploaded += mesh_table_.flush(uploader) + slot_table_.flush(uploader) + material_table_.flush(uploader) +
-                           program_table_.flush(uploader) + constant_table_.flush(uploader) + image_table_.flush(uploader);
+                           program_table_.flush(uploader) + constant_table_.flush(uploader) +
+                           image_table_.flush(uploader);
   update_lights(uploader, counts);
   uploader.flush();
   tracer_.commit();

@@ -2,9 +2,9 @@
 // The scene's tables on the device (shared/tables.h), kept in step with a Scene by uploading only what changed, and the
 // geometry given to a Tracer.
 //
-// On a device that shares memory with the host a mesh's arrays and an image's texels live once: they are copied into the
-// mapped buffer, the scene's own copy is released, and a host Tracer reads the buffer. The scene gets them back when the
-// Tables are destroyed (see keep_scene()).
+// On a device that shares memory with the host a mesh's arrays and an image's texels live once: they are copied into
+// the mapped buffer, the scene's own copy is released, and a host Tracer reads the buffer. The scene gets them back
+// when the Tables are destroyed (see keep_scene()).
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,8 @@
 namespace hw {
 
 struct TableCounts {
-  std::uint64_t meshes_uploaded = 0, instances_uploaded = 0, materials_uploaded = 0, images_uploaded = 0, lights_uploaded = 0;
+  std::uint64_t meshes_uploaded = 0, instances_uploaded = 0, materials_uploaded = 0, images_uploaded = 0,
+                lights_uploaded = 0;
   std::uint64_t bytes_uploaded = 0;
   double upload_seconds = 0, build_seconds = 0, lights_seconds = 0;
 };
@@ -36,11 +37,11 @@ struct TableCounts {
 // What is in the tables now.
 struct TableTotals {
   std::uint64_t meshes = 0, instances = 0, materials = 0, images = 0, lamps = 0, lights = 0;
-  std::uint64_t triangles = 0;            // of all instances
-  std::uint64_t unique_triangles = 0;     // of all meshes
-  std::uint32_t material_flags = 0;       // HW_MATERIAL_* of all materials, or-ed
-  ShadingClasses classes;                 // HW_FEATURE_* that the programs of the instances' materials need
-  bool smooth_normals = false;            // some mesh has normals
+  std::uint64_t triangles = 0;         // of all instances
+  std::uint64_t unique_triangles = 0;  // of all meshes
+  std::uint32_t material_flags = 0;    // HW_MATERIAL_* of all materials, or-ed
+  ShadingClasses classes;              // HW_FEATURE_* that the programs of the instances' materials need
+  bool smooth_normals = false;         // some mesh has normals
 };
 
 class Tables {
@@ -58,7 +59,9 @@ class Tables {
 
   // The world's importance map is evaluated by a stage, since its background is a program. When this gives a size after
   // update(), evaluate the luminance of the grid (core/lights/light_table.h says where its texels lie) and pass it on.
-  struct GridSize { std::uint32_t width = 0, height = 0; };
+  struct GridSize {
+    std::uint32_t width = 0, height = 0;
+  };
   std::optional<GridSize> world_luminance_wanted() const;
   void set_world_luminance(std::span<const float> luminance, std::uint32_t width, std::uint32_t height);
 
@@ -92,7 +95,7 @@ class Tables {
     WorldTables distribution;
     std::optional<GridSize> wanted;
     std::uint64_t world_revision = 0;
-    bool world_changed = false;       // the distribution is to be uploaded
+    bool world_changed = false;  // the distribution is to be uploaded
     float input_radius = 0;
     LightSelection selection = LightSelection::kPower;
     LightTable table;
@@ -152,7 +155,7 @@ class Tables {
   // Revisions of the scene that the tables show.
   std::uint64_t seen_ = 0, seen_layout_ = 0, seen_lights_ = 0, seen_materials_ = 0, seen_images_ = 0;
   std::uint64_t array_bytes_ = 0;    // of mesh arrays and texels, by the update under way
-  bool layout_dirty_ = true;   // slots or masks of instances must be worked out again
+  bool layout_dirty_ = true;         // slots or masks of instances must be worked out again
   bool lights_layout_dirty_ = true;  // lights came or went
   bool lights_dirty_ = true;         // lights changed in place
   bool tracer_instances_dirty_ = true;

@@ -11,11 +11,11 @@ namespace hw {
 constexpr Id kNoMesh = ~Id{0};
 
 struct Tables::MeshSlot {
-  std::uint64_t revision = 0;       // of the scene's entry, 0: nothing uploaded
-  std::uint32_t record = HW_NONE;   // index in the mesh table
+  std::uint64_t revision = 0;      // of the scene's entry, 0: nothing uploaded
+  std::uint32_t record = HW_NONE;  // index in the mesh table
   std::uint32_t vertex_count = 0;
-  bool traced = false;              // the Tracer has it
-  bool changed = false;             // uploaded by the update that is under way
+  bool traced = false;   // the Tracer has it
+  bool changed = false;  // uploaded by the update that is under way
   std::unique_ptr<Buffer> positions, arrays;
   std::size_t tri_vertices_at = 0;  // byte offset in `arrays`
   std::unique_ptr<Buffer> motion;   // last frame's positions
@@ -31,23 +31,23 @@ struct Tables::GroupSlot {
   const InstanceGroup* group = nullptr;
   const MeshEntry* mesh = nullptr;
   const MeshSlot* mesh_slot = nullptr;
-  std::uint32_t base = 0;           // first index in the instance table
+  std::uint32_t base = 0;  // first index in the instance table
   std::uint32_t slot_offset = 0, slot_count = 0;
   std::uint32_t mask = 0;
-  std::uint32_t features = 0;       // HW_FEATURE_* that its materials need
-  bool emitting_slots = false;      // some of its materials may emit
-  bool emissive = false;            // ... and it has triangles to emit from
+  std::uint32_t features = 0;         // HW_FEATURE_* that its materials need
+  bool emitting_slots = false;        // some of its materials may emit
+  bool emissive = false;              // ... and it has triangles to emit from
   std::uint32_t light_triangles = 0;  // of one instance, as the light table was laid out
-  bool written = false;             // by the update that is under way
-  double low[3], high[3];           // world bounds of what can be hit; low > high for nothing
+  bool written = false;               // by the update that is under way
+  double low[3], high[3];             // world bounds of what can be hit; low > high for nothing
 };
 
 // What instances without a material show: Root::materials[0].
 MaterialData default_material();
 
-// An instance's matrix as it is traced and shaded, and its inverse. A matrix that flattens one axis (scale 0 in Z, say) is
-// given a thickness of 1e-4 of its other scales along that axis: rays then meet the flattened object where it lies. One
-// that flattens two axes or three has no picture: `visible` is false and `inverse` zero.
+// An instance's matrix as it is traced and shaded, and its inverse. A matrix that flattens one axis (scale 0 in Z, say)
+// is given a thickness of 1e-4 of its other scales along that axis: rays then meet the flattened object where it lies.
+// One that flattens two axes or three has no picture: `visible` is false and `inverse` zero.
 struct Placement {
   float matrix[12];
   float inverse[12];

@@ -50,7 +50,8 @@ Placement place(const Matrix34& object_to_world) {
     if (std::abs(determinant) < 1e-6 * cofactor_norm * scale) {
       const double thickness = (out.mirrored ? -1e-4 : 1e-4) * scale / cofactor_norm;
       for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) out.matrix[4 * r + c] = static_cast<float>(m[4 * r + c] + thickness * cofactor[3 * r + c]);
+        for (int c = 0; c < 3; ++c)
+          out.matrix[4 * r + c] = static_cast<float>(m[4 * r + c] + thickness * cofactor[3 * r + c]);
     }
     out.visible = invert(out.matrix, out.inverse);
   }
@@ -78,7 +79,8 @@ void Tables::lay_out_instances() {
     slot.slot_offset = static_cast<std::uint32_t>(slots.size());
     std::uint32_t flags = 0;
     slot.features = 0;
-    const std::size_t count = std::max<std::size_t>({group.shared.materials.size(), slot.mesh->summary.max_slot + std::size_t{1}});
+    const std::size_t count =
+        std::max<std::size_t>({group.shared.materials.size(), slot.mesh->summary.max_slot + std::size_t{1}});
     for (std::size_t i = 0; i < count; ++i) {
       const auto& ids = group.shared.materials;
       const Id material = ids.empty() ? 0 : ids[std::min(i, ids.size() - 1)];
@@ -188,7 +190,8 @@ void Tables::feed_tracer_instances() {
       instances.push_back(instance);
     }
   }
-  if (std::any_of(instances.begin(), instances.end(), [](const TraceInstance& i) { return i.mesh == kNoMesh; })) set_no_mesh();
+  if (std::any_of(instances.begin(), instances.end(), [](const TraceInstance& i) { return i.mesh == kNoMesh; }))
+    set_no_mesh();
   tracer_.set_instances(instances);
   tracer_instances_dirty_ = false;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights on the device: gathers lamps, emissive instances and the world for core/lights, and uploads what it makes of them.
+// Lights on the device: gathers lamps, emissive instances and the world for core/lights, and uploads what it makes of
+// them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -170,7 +171,8 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     world_table_.resize(world.marginal.size() + world.conditional.size());
     if (world_table_.size() > 0) {
       float* to = world_table_.edit(0, world_table_.size());
-      std::copy(world.conditional.begin(), world.conditional.end(), std::copy(world.marginal.begin(), world.marginal.end(), to));
+      std::copy(world.conditional.begin(), world.conditional.end(),
+                std::copy(world.marginal.begin(), world.marginal.end(), to));
     }
     state.world_changed = false;
   }
@@ -183,8 +185,8 @@ std::optional<Tables::GridSize> Tables::world_luminance_wanted() const { return 
 
 void Tables::set_world_luminance(std::span<const float> values, std::uint32_t width, std::uint32_t height) {
   if (width == 0 || height == 0 || values.size() != std::size_t{width} * height)
-    throw std::invalid_argument("the world's luminance has " + std::to_string(values.size()) + " values for a grid of " +
-                                std::to_string(width) + " x " + std::to_string(height));
+    throw std::invalid_argument("the world's luminance has " + std::to_string(values.size()) +
+                                " values for a grid of " + std::to_string(width) + " x " + std::to_string(height));
   LightState& state = *lights_;
   state.distribution = build_world_distribution(values.data(), width, height);
   const float mean = state.distribution.mean;

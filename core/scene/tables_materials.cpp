@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials: programs and constants of all of them one behind the other, with image operands made global. They are small,
-// so any change writes all of them.
+// Materials: programs and constants of all of them one behind the other, with image operands made global. They are
+// small, so any change writes all of them.
 #include <algorithm>
 
 #include "materials/program_check.h"
@@ -12,9 +12,18 @@ namespace {
 
 // What has no material: a diffuse surface of albedo 0.8, as Blender's default.
 constexpr std::uint32_t kDefaultProgram[] = {
-    HW_PROGRAM_MAGIC, 1, 0, 0,
-    HW_OP_DIFFUSE, HW_OPERAND_CONSTANT | (HW_OPERAND_CONSTANT | 1u) << 16, HW_REGISTER_NORMAL, HW_OPERAND_CONSTANT | 2u,
-    HW_OP_END, 0, 0, 0,
+    HW_PROGRAM_MAGIC,
+    1,
+    0,
+    0,
+    HW_OP_DIFFUSE,
+    HW_OPERAND_CONSTANT | (HW_OPERAND_CONSTANT | 1u) << 16,
+    HW_REGISTER_NORMAL,
+    HW_OPERAND_CONSTANT | 2u,
+    HW_OP_END,
+    0,
+    0,
+    0,
 };
 constexpr float kDefaultConstants[] = {0.8f, 0.8f, 0.8f, 0, 0, 0, 0, 0, 1, 1, 1, 0};
 

@@ -22,7 +22,9 @@ struct Layout {
 };
 
 template <class T>
-void forget(std::vector<T>& values) { std::vector<T>().swap(values); }
+void forget(std::vector<T>& values) {
+  std::vector<T>().swap(values);
+}
 
 template <class T>
 std::span<const T> mapped_span(const Buffer& buffer, std::size_t offset, std::size_t count) {
@@ -46,7 +48,8 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
   std::vector<std::size_t> attributes_at;
   for (const auto& attribute : from.attributes) attributes_at.push_back(layout.add(attribute.size_bytes()));
 
-  auto positions = std::make_unique<Buffer>(device_, from.positions.size_bytes() + kTailBytes, BufferUse::device, label + ", positions");
+  auto positions = std::make_unique<Buffer>(device_, from.positions.size_bytes() + kTailBytes, BufferUse::device,
+                                            label + ", positions");
   auto arrays = std::make_unique<Buffer>(device_, layout.bytes, BufferUse::device, label);
   uploader.write(*positions, 0, std::as_bytes(from.positions));
   uploader.write(*arrays, vertices_at, std::as_bytes(from.tri_vertices));
@@ -56,8 +59,8 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
   for (std::size_t i = 0; i < from.attributes.size(); ++i)
     uploader.write(*arrays, attributes_at[i], std::as_bytes(from.attributes[i]));
 
-  // The positions it had become last frame's, unless nothing moved (on a device with its own memory there is nothing left
-  // to compare with: then they count as moved).
+  // The positions it had become last frame's, unless nothing moved (on a device with its own memory there is nothing
+  // left to compare with: then they count as moved).
   std::unique_ptr<Buffer> last;
   const bool deformed = slot.positions && slot.vertex_count == summary.vertex_count && summary.vertex_count > 0 &&
                         !(positions->mapped() &&
@@ -76,7 +79,8 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
   record.default_uv = entry.data.default_uv;
   for (std::size_t i = 0; i < from.attributes.size(); ++i) {
     const AttributeData& attribute = entry.data.attributes[i];
-    record.attributes[i] = {arrays->address() + attributes_at[i], attribute_hash(attribute.name), attribute.domain, attribute.components, 0};
+    record.attributes[i] = {arrays->address() + attributes_at[i], attribute_hash(attribute.name), attribute.domain,
+                            attribute.components, 0};
   }
 
   if (positions->mapped() && entry.lender == nullptr) {
@@ -144,7 +148,8 @@ void Tables::take_tracer() {
   for (auto& [id, slot] : meshes_) {
     const auto entry = scene_.impl().meshes.find(id);
     // Those that changed are given to the Tracer when they are uploaded.
-    if (!slot.traced && entry != scene_.impl().meshes.end() && entry->second.revision == slot.revision) trace_mesh(id, slot);
+    if (!slot.traced && entry != scene_.impl().meshes.end() && entry->second.revision == slot.revision)
+      trace_mesh(id, slot);
   }
   tracer_.set_lamps(lights_->table.shapes);
   tracer_instances_dirty_ = true;
@@ -220,7 +225,8 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
     const ImageData& image = entry.data;
     if (slot.revision != entry.revision) {
       slot.texels.reset();
-      auto texels = std::make_unique<Buffer>(device_, entry.texels.size() + kTailBytes, BufferUse::device, "image " + image.name);
+      auto texels =
+          std::make_unique<Buffer>(device_, entry.texels.size() + kTailBytes, BufferUse::device, "image " + image.name);
       uploader.write(*texels, 0, std::as_bytes(entry.texels));
       if (texels->mapped() && entry.lender == nullptr) {
         entry.texels = mapped_span<std::uint8_t>(*texels, 0, entry.texels.size());
@@ -239,8 +245,8 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
   if (before != image_index_) seen_materials_ = 0;  // programs hold the indices
 }
 
-// Ends the loan of the scene's arrays: they are copied back, or else the scene's views are only cleared. Each buffer goes
-// as soon as its contents are back, so that memory holds at most one mesh twice.
+// Ends the loan of the scene's arrays: they are copied back, or else the scene's views are only cleared. Each buffer
+// goes as soon as its contents are back, so that memory holds at most one mesh twice.
 void Tables::give_back(bool keep) {
   const auto copy = [&](auto& to, const auto& from) { keep ? to.assign(from.begin(), from.end()) : to.clear(); };
   for (auto& [id, entry] : scene_.impl().meshes) {

@@ -31,7 +31,8 @@ void Uploader::write(Buffer& to, std::size_t offset, std::span<const std::byte> 
 void Uploader::submit() {
   if (pieces_.empty()) return;
   Commands commands(device_);
-  for (const Piece& piece : pieces_) commands.copy(*staging_, piece.from_offset, *piece.to, piece.to_offset, piece.bytes);
+  for (const Piece& piece : pieces_)
+    commands.copy(*staging_, piece.from_offset, *piece.to, piece.to_offset, piece.bytes);
   commands.flush();
   pieces_.clear();
   used_ = 0;

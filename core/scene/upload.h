@@ -22,7 +22,10 @@ class Uploader {
   std::uint64_t bytes() const { return bytes_; }  // copied since construction
 
  private:
-  struct Piece { Buffer* to; std::size_t to_offset, from_offset, bytes; };
+  struct Piece {
+    Buffer* to;
+    std::size_t to_offset, from_offset, bytes;
+  };
   void submit();
   Device& device_;
   std::unique_ptr<Buffer> staging_;
@@ -31,8 +34,8 @@ class Uploader {
   std::uint64_t bytes_ = 0;
 };
 
-// A growing device array of T that the host writes: into mapped memory itself, or into a copy of which flush() uploads the
-// part that was touched. Growing doubles the room, so its address changes seldom; contents are kept.
+// A growing device array of T that the host writes: into mapped memory itself, or into a copy of which flush() uploads
+// the part that was touched. Growing doubles the room, so its address changes seldom; contents are kept.
 template <class T>
 class Table {
  public:

@@ -56,7 +56,8 @@ std::string number(double value) {
 
 void require_finite(const std::string& label, const float* values, std::size_t count, const char* what) {
   const std::size_t bad = first_not_finite(values, count);
-  if (bad != count) fail(label, std::string(what) + " holds a number that is not finite (at " + std::to_string(bad) + ")");
+  if (bad != count)
+    fail(label, std::string(what) + " holds a number that is not finite (at " + std::to_string(bad) + ")");
 }
 
 void require_range(const std::string& label, float value, float low, float high, const char* what) {
@@ -65,7 +66,8 @@ void require_range(const std::string& label, float value, float low, float high,
 }
 
 void require_not_negative(const std::string& label, float value, const char* what) {
-  if (!(value >= 0) || !std::isfinite(value)) fail(label, std::string(what) + " is " + number(value) + ": it must be 0 or more");
+  if (!(value >= 0) || !std::isfinite(value))
+    fail(label, std::string(what) + " is " + number(value) + ": it must be 0 or more");
 }
 
 // Corners whose normal can't be used get the geometric normal of a triangle that has them.
@@ -101,9 +103,11 @@ void repair_normals(MeshData& mesh) {
     if (unusable(c)) normals[3 * c] = normals[3 * c + 1] = 0, normals[3 * c + 2] = 1;
 }
 
-void check_attributes(const std::string& label, MeshData& mesh, std::size_t vertices, std::size_t triangles, std::size_t corners) {
+void check_attributes(const std::string& label, MeshData& mesh, std::size_t vertices, std::size_t triangles,
+                      std::size_t corners) {
   if (mesh.attributes.size() > HW_MAX_ATTRIBUTES)
-    fail(label, std::to_string(mesh.attributes.size()) + " attributes; at most " + std::to_string(HW_MAX_ATTRIBUTES) + " are kept");
+    fail(label, std::to_string(mesh.attributes.size()) + " attributes; at most " + std::to_string(HW_MAX_ATTRIBUTES) +
+                    " are kept");
   std::vector<std::uint32_t> hashes;
   for (AttributeData& attribute : mesh.attributes) {
     const std::string what = "attribute \"" + attribute.name + "\"";
@@ -113,22 +117,28 @@ void check_attributes(const std::string& label, MeshData& mesh, std::size_t vert
     if (attribute.data.size() % attribute.components != 0) fail(label, what + " holds a part of an element");
     const std::size_t count = attribute.data.size() / attribute.components;
     if (attribute.domain == HW_DOMAIN_VERTEX) {
-      if (count != vertices) fail(label, what + " has " + std::to_string(count) + " elements for " + std::to_string(vertices) + " vertices");
+      if (count != vertices)
+        fail(label, what + " has " + std::to_string(count) + " elements for " + std::to_string(vertices) + " vertices");
     } else if (attribute.domain == HW_DOMAIN_FACE) {
-      if (count != triangles) fail(label, what + " has " + std::to_string(count) + " elements for " + std::to_string(triangles) + " triangles");
+      if (count != triangles)
+        fail(label,
+             what + " has " + std::to_string(count) + " elements for " + std::to_string(triangles) + " triangles");
     } else if (attribute.domain == HW_DOMAIN_CORNER) {
-      if (count < corners) fail(label, what + " has " + std::to_string(count) + " elements for " + std::to_string(corners) + " corners");
+      if (count < corners)
+        fail(label, what + " has " + std::to_string(count) + " elements for " + std::to_string(corners) + " corners");
     } else {
       fail(label, what + " has an unknown domain (" + std::to_string(attribute.domain) + ")");
     }
     const std::uint32_t hash = attribute_hash(attribute.name);
     if (std::find(hashes.begin(), hashes.end(), hash) != hashes.end()) fail(label, what + " is given twice");
     hashes.push_back(hash);
-    for (std::size_t at = 0; (at += first_not_finite(attribute.data.data() + at, attribute.data.size() - at)) < attribute.data.size();)
+    for (std::size_t at = 0;
+         (at += first_not_finite(attribute.data.data() + at, attribute.data.size() - at)) < attribute.data.size();)
       attribute.data[at] = 0;
   }
   if (mesh.default_uv < -1 || mesh.default_uv >= static_cast<int>(mesh.attributes.size()))
-    fail(label, "default_uv is " + std::to_string(mesh.default_uv) + ": there are " + std::to_string(mesh.attributes.size()) + " attributes");
+    fail(label, "default_uv is " + std::to_string(mesh.default_uv) + ": there are " +
+                    std::to_string(mesh.attributes.size()) + " attributes");
   if (mesh.default_uv >= 0 && mesh.attributes[static_cast<std::size_t>(mesh.default_uv)].components < 2)
     fail(label, "default_uv names an attribute with one component");
 }
@@ -143,11 +153,16 @@ bool all_finite(const float* values, std::size_t count) { return first_not_finit
 
 std::size_t texel_bytes(std::uint32_t format) {
   switch (format) {
-    case HW_TEXEL_RGBA8: return 4;
-    case HW_TEXEL_RGBA16F: return 8;
-    case HW_TEXEL_RGBA32F: return 16;
-    case HW_TEXEL_R8: return 1;
-    default: return 0;
+    case HW_TEXEL_RGBA8:
+      return 4;
+    case HW_TEXEL_RGBA16F:
+      return 8;
+    case HW_TEXEL_RGBA32F:
+      return 16;
+    case HW_TEXEL_R8:
+      return 1;
+    default:
+      return 0;
   }
 }
 
@@ -158,16 +173,20 @@ MeshSummary check_mesh(Id id, MeshData& mesh) {
   if (mesh.tri_vertices.size() % 3 != 0) fail(label, "tri_vertices are not three indices a triangle");
   const std::size_t vertices = mesh.positions.size() / 3, triangles = mesh.tri_vertices.size() / 3;
   if (mesh.tri_vertices.size() > kMaxElements || mesh.positions.size() > kMaxElements)
-    fail(label, "too large: " + std::to_string(vertices) + " vertices, " + std::to_string(triangles) + " triangles (2^31 numbers at most)");
-  if (const std::size_t bad = first_not_finite(mesh.positions.data(), mesh.positions.size()); bad != mesh.positions.size())
+    fail(label, "too large: " + std::to_string(vertices) + " vertices, " + std::to_string(triangles) +
+                    " triangles (2^31 numbers at most)");
+  if (const std::size_t bad = first_not_finite(mesh.positions.data(), mesh.positions.size());
+      bad != mesh.positions.size())
     fail(label, "the position of vertex " + std::to_string(bad / 3) + " is not finite");
   if (triangles > 0 && largest(mesh.tri_vertices) >= vertices)
-    fail(label, "a triangle names vertex " + std::to_string(largest(mesh.tri_vertices)) + " of " + std::to_string(vertices));
+    fail(label,
+         "a triangle names vertex " + std::to_string(largest(mesh.tri_vertices)) + " of " + std::to_string(vertices));
 
   std::size_t corners = vertices;
   if (!mesh.tri_corners.empty()) {
     if (mesh.tri_corners.size() != mesh.tri_vertices.size())
-      fail(label, "tri_corners has " + std::to_string(mesh.tri_corners.size() / 3) + " triangles, tri_vertices " + std::to_string(triangles));
+      fail(label, "tri_corners has " + std::to_string(mesh.tri_corners.size() / 3) + " triangles, tri_vertices " +
+                      std::to_string(triangles));
     const std::uint32_t last = largest(mesh.tri_corners);
     if (last >= kMaxElements) fail(label, "a triangle names corner " + std::to_string(last) + ": past 2^31");
     corners = std::size_t{last} + 1;
@@ -180,7 +199,8 @@ MeshSummary check_mesh(Id id, MeshData& mesh) {
     repair_normals(mesh);
   }
   if (!mesh.tri_slots.empty() && mesh.tri_slots.size() != triangles)
-    fail(label, "tri_slots has " + std::to_string(mesh.tri_slots.size()) + " entries for " + std::to_string(triangles) + " triangles");
+    fail(label, "tri_slots has " + std::to_string(mesh.tri_slots.size()) + " entries for " + std::to_string(triangles) +
+                    " triangles");
   check_attributes(label, mesh, vertices, triangles, corners);
 
   MeshSummary summary;
@@ -198,14 +218,17 @@ MeshSummary check_mesh(Id id, MeshData& mesh) {
 
 void check_instance(Id id, const InstanceData& instance, const float* matrices, std::size_t count) {
   const std::size_t bad = first_not_finite(matrices, 12 * count);
-  if (bad != 12 * count) fail(scene_label("instance", instance.name, id + bad / 12), "its matrix holds a number that is not finite");
+  if (bad != 12 * count)
+    fail(scene_label("instance", instance.name, id + bad / 12), "its matrix holds a number that is not finite");
   const std::string label = scene_label("instance", instance.name, id);
   require_finite(label, instance.color.data(), 3, "color");
   require_range(label, instance.shadow_terminator_offset, 0, 1, "shadow_terminator_offset");
   constexpr std::uint32_t kVisibility = HW_MASK_CAMERA | HW_MASK_DIFFUSE | HW_MASK_GLOSSY | HW_MASK_TRANSMISSION |
                                         HW_MASK_SHADOW_OPAQUE | HW_MASK_SHADOW_TRANSPARENT | HW_MASK_VOLUME;
-  if (instance.visibility & ~kVisibility) fail(label, "visibility has unknown bits (" + std::to_string(instance.visibility) + ")");
-  if (instance.materials.size() > 256) fail(label, std::to_string(instance.materials.size()) + " material slots: at most 256");
+  if (instance.visibility & ~kVisibility)
+    fail(label, "visibility has unknown bits (" + std::to_string(instance.visibility) + ")");
+  if (instance.materials.size() > 256)
+    fail(label, std::to_string(instance.materials.size()) + " material slots: at most 256");
 }
 
 void check_light(Id id, const LightData& light) {
@@ -228,7 +251,8 @@ void check_material(Id id, const MaterialData& material) {
   if (id == 0) fail(label, "id 0 is the built-in default material");
   require_finite(label, material.emission.data(), 3, "emission");
   if (material.constants.size() % 4 != 0) fail(label, "constants are not four numbers each");
-  if (material.program.size() > kMaxElements || material.constants.size() > kMaxElements) fail(label, "the program is too large");
+  if (material.program.size() > kMaxElements || material.constants.size() > kMaxElements)
+    fail(label, "the program is too large");
   const std::string wrong = check_program({material.program.data(), material.program.size(), material.constants.data(),
                                            material.constants.size() / 4, material.images.size()});
   if (!wrong.empty()) fail(label, "its program can't be used: " + wrong);
@@ -239,20 +263,24 @@ void check_image(Id id, const ImageData& image) {
   if (id == 0) fail(label, "id 0 stands for a missing image");
   const std::size_t bytes = texel_bytes(image.format);
   if (bytes == 0) fail(label, "unknown texel format (" + std::to_string(image.format) + ")");
-  if (image.flags & ~(HW_IMAGE_SRGB | HW_IMAGE_PREMULTIPLIED)) fail(label, "unknown flags (" + std::to_string(image.flags) + ")");
+  if (image.flags & ~(HW_IMAGE_SRGB | HW_IMAGE_PREMULTIPLIED))
+    fail(label, "unknown flags (" + std::to_string(image.flags) + ")");
   const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
   if ((image.width == 0) != (image.height == 0)) fail(label, "its size is " + size);
-  if (image.width > kMaxImageSide || image.height > kMaxImageSide || std::size_t{image.width} * image.height > kMaxTexels)
+  if (image.width > kMaxImageSide || image.height > kMaxImageSide ||
+      std::size_t{image.width} * image.height > kMaxTexels)
     fail(label, size + " is too large: at most 65536 pixels a side and 2^30 in all");
   const std::size_t expected = std::size_t{image.width} * image.height * bytes;
   if (image.texels.size() != expected)
-    fail(label, std::to_string(image.texels.size()) + " bytes for " + size + " pixels: " + std::to_string(expected) + " are needed");
+    fail(label, std::to_string(image.texels.size()) + " bytes for " + size + " pixels: " + std::to_string(expected) +
+                    " are needed");
 }
 
 void check_world(const WorldData& world) {
   const std::string label = "world \"" + world.name + "\"";
   require_finite(label, world.color.data(), 3, "color");
-  if (world.importance_width > 16384) fail(label, "importance_width is " + std::to_string(world.importance_width) + ": at most 16384");
+  if (world.importance_width > 16384)
+    fail(label, "importance_width is " + std::to_string(world.importance_width) + ": at most 16384");
 }
 
 void check_camera(const CameraData& camera) {
@@ -267,12 +295,15 @@ void check_camera(const CameraData& camera) {
   float inverse[12];
   if (!invert(camera.camera_to_world, inverse)) fail(label, "its matrix can't be inverted");
   require_not_negative(label, camera.clip_start, "clip_start");
-  if (!(camera.clip_end > camera.clip_start)) fail(label, "clip_end (" + number(camera.clip_end) + ") must lie beyond clip_start (" + number(camera.clip_start) + ")");
+  if (!(camera.clip_end > camera.clip_start))
+    fail(label,
+         "clip_end (" + number(camera.clip_end) + ") must lie beyond clip_start (" + number(camera.clip_start) + ")");
   require_not_negative(label, camera.aperture_radius, "aperture_radius");
   if (camera.aperture_radius > 0 && !(camera.focus_distance > 0 && std::isfinite(camera.focus_distance)))
     fail(label, "focus_distance is " + number(camera.focus_distance) + ": it must be above 0");
   if (!std::isfinite(camera.aperture_rotation)) fail(label, "aperture_rotation is not finite");
-  if (!(camera.aperture_ratio > 0 && std::isfinite(camera.aperture_ratio))) fail(label, "aperture_ratio must be above 0");
+  if (!(camera.aperture_ratio > 0 && std::isfinite(camera.aperture_ratio)))
+    fail(label, "aperture_ratio must be above 0");
 }
 
 }  // namespace hw

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks at the scene's boundary. What passes them can be uploaded and traced without reading outside any table.
 //
-// Policy for bad numbers: geometry that is used for tracing (positions, matrices, cameras, lights) is refused when it holds
-// NaN or infinity, since no picture of it would be right. Shading data that files often carry broken (normals, attributes)
-// is repaired: a normal that is not finite or has no length becomes its triangle's geometric normal, an attribute value that
-// is not finite becomes 0.
+// Policy for bad numbers: geometry that is used for tracing (positions, matrices, cameras, lights) is refused when it
+// holds NaN or infinity, since no picture of it would be right. Shading data that files often carry broken (normals,
+// attributes) is repaired: a normal that is not finite or has no length becomes its triangle's geometric normal, an
+// attribute value that is not finite becomes 0.
 #pragma once
 
 #include <cstddef>

@@ -40,8 +40,8 @@ bool bsdf_hits_emit(const Tables& tables) {
 
 }  // namespace
 
-RenderLoop::RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave, const RenderSettings& settings,
-                       const std::atomic<bool>& cancelled)
+RenderLoop::RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave,
+                       const RenderSettings& settings, const std::atomic<bool>& cancelled)
     : context_(context), tables_(tables), film_(film), wave_(wave), settings_(settings), cancelled_(cancelled) {}
 
 void RenderLoop::choose_wave() {
@@ -49,7 +49,8 @@ void RenderLoop::choose_wave() {
   const std::uint64_t pixels = std::uint64_t(film_.width()) * film_.height();
   std::uint64_t capacity = device.shared_memory() ? kHostWave : kDeviceWave;
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
-  const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) / wave_bytes_per_path(film_.layout());
+  const std::uint64_t fits =
+      std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) / wave_bytes_per_path(film_.layout());
   capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples});
   capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
   if (wave_ && wave_->capacity() == capacity && wave_->layout_mask() == film_.layout().mask) return;
@@ -66,7 +67,8 @@ void RenderLoop::run() {
 
   const ShadingClasses& classes = tables_.totals().classes;
   auto constants_for = [&](std::uint32_t features) {
-    return SpecConstants{{0, features | scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+    return SpecConstants{
+        {0, features | scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
   };
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
   std::vector<SpecConstants> class_constants;
@@ -77,8 +79,8 @@ void RenderLoop::run() {
     on_stage("preparing the world");
     apply_settings(wave.params(), settings_, film_.layout());
     wave.write_params(device);
-    const auto luminance =
-        measure_world(device, *context_.kernels, tables_.root_buffer(), *wave.frame, constants, grid->width, grid->height);
+    const auto luminance = measure_world(device, *context_.kernels, tables_.root_buffer(), *wave.frame, constants,
+                                         grid->width, grid->height);
     tables_.set_world_luminance(luminance, grid->width, grid->height);
   }
   commands.set_uniforms(tables_.root_buffer(), *wave.frame);
@@ -90,8 +92,9 @@ void RenderLoop::run() {
   wave.reset_counters(device);
 
   on_stage("loading kernels");
-  auto integrator = make_integrator(settings_.integrator, {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
-                                                           (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_});
+  auto integrator = make_integrator(
+      settings_.integrator, {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
+                             (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_});
   const Kernel& accumulate = context_.kernels->get("accumulate", constants);
 
   const std::uint32_t pixels = film_.width() * film_.height();

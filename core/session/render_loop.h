@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of a render: kernels for this scene, waves over the picture, one sample after the other, until the samples, the
-// time or the artist's patience run out.
+// The order of a render: kernels for this scene, waves over the picture, one sample after the other, until the samples,
+// the time or the artist's patience run out.
 #pragma once
 
 #include <atomic>

@@ -23,7 +23,8 @@
 
 namespace hw {
 
-std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads, bool validation) {
+std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads,
+                                      bool validation) {
   auto context = std::make_shared<Context>();
   context->threads = threads;
   context->device = std::make_unique<Device>(device, validation);
@@ -54,7 +55,8 @@ void check(const RenderSettings& s) {
   if (s.filter != "BLACKMAN_HARRIS" && s.filter != "GAUSSIAN" && s.filter != "BOX")
     bad("there is no pixel filter '" + s.filter + "'; the filters are BLACKMAN_HARRIS, GAUSSIAN, BOX");
   if (!(s.filter_width > 0) || s.filter_width > 64) bad("filter width must be between 0 and 64 pixels");
-  if (s.lights != "uniform" && s.lights != "power") bad("there is no light choice '" + s.lights + "'; choices are uniform, power");
+  if (s.lights != "uniform" && s.lights != "power")
+    bad("there is no light choice '" + s.lights + "'; choices are uniform, power");
   if (s.mist_falloff != "LINEAR" && s.mist_falloff != "QUADRATIC" && s.mist_falloff != "INVERSE_QUADRATIC")
     bad("there is no mist falloff '" + s.mist_falloff + "'");
   if (!std::isfinite(s.exposure) || s.exposure < 0) bad("exposure must be finite and not negative");
@@ -84,9 +86,9 @@ struct Session::Impl {
   bool running = false;
   Progress progress;
   std::exception_ptr error;
-  std::vector<float> sums;   // the film as last downloaded, with the sample counts that belong to it
+  std::vector<float> sums;  // the film as last downloaded, with the sample counts that belong to it
   SampleCounts sums_counts;
-  SampleCounts counts;       // the film as it stands
+  SampleCounts counts;  // the film as it stands
   std::atomic<bool> wants_download{false};
   std::chrono::steady_clock::time_point begun;
 
@@ -121,7 +123,8 @@ SyncReport Session::sync() {
     std::lock_guard lock(d.mutex);
     if (d.running) throw std::logic_error("the scene can't be synced while it is being rendered");
   }
-  if (d.context->renders_for) throw std::logic_error("another session is rendering on this device: wait until it has finished");
+  if (d.context->renders_for)
+    throw std::logic_error("another session is rendering on this device: wait until it has finished");
   d.join();
   const auto t0 = std::chrono::steady_clock::now();
   d.scene->commit();
@@ -159,8 +162,9 @@ void Session::start(const RenderSettings& asked) {
   if (!(camera.right > camera.left && camera.top > camera.bottom))
     throw std::invalid_argument("the scene has no camera: set one and sync before rendering");
   if (!d.tables.current())
-    throw std::logic_error("the device does not hold this scene: sync it again (its last sync failed, or another session used "
-                           "the device since)");
+    throw std::logic_error(
+        "the device does not hold this scene: sync it again (its last sync failed, or another session used "
+        "the device since)");
   const FilmLayout layout = film_layout(s.passes);
   const auto names = integrator_names();
   if (std::find(names.begin(), names.end(), s.integrator) == names.end()) {
@@ -219,8 +223,9 @@ void Session::Impl::run() {
       progress.memory_bytes = context->device->bytes_in_use();
       progress.remaining = done > 0 ? seconds * (settings.samples - done) / done : -1;
       if (settings.time_limit > 0)
-        progress.remaining = progress.remaining < 0 ? settings.time_limit - seconds
-                                                    : std::min(progress.remaining, std::max(0.0, settings.time_limit - seconds));
+        progress.remaining = progress.remaining < 0
+                                 ? settings.time_limit - seconds
+                                 : std::min(progress.remaining, std::max(0.0, settings.time_limit - seconds));
       progress.stage = "rendering";
     };
     loop.on_stage = [this](const char* stage) {

@@ -29,7 +29,8 @@ struct Context {
   int threads = 0;
   std::atomic<const void*> renders_for{nullptr};  // the session that is rendering now
 };
-std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads, bool validation);
+std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads,
+                                      bool validation);
 
 struct SyncReport {
   double commit_seconds = 0, upload_seconds = 0, build_seconds = 0, lights_seconds = 0;
@@ -42,7 +43,7 @@ struct Progress {
   std::uint64_t rays = 0;
   double seconds = 0, remaining = 0;  // remaining < 0: not known yet
   std::uint64_t memory_bytes = 0;
-  std::string stage;                  // what is being done now, for a status line
+  std::string stage;  // what is being done now, for a status line
   bool finished = false, cancelled = false;
   std::string error;
 };
@@ -54,18 +55,18 @@ class Session {
 
   // scene.commit(), upload, build. Not while this or another session of the context renders (std::logic_error).
   SyncReport sync();
-  // Throws std::invalid_argument naming a bad setting, std::logic_error when the context's Tracer does not hold this scene:
-  // it was not synced, its last sync failed, or another session of the context has synced since.
+  // Throws std::invalid_argument naming a bad setting, std::logic_error when the context's Tracer does not hold this
+  // scene: it was not synced, its last sync failed, or another session of the context has synced since.
   void start(const RenderSettings& settings);
-  bool wait(int milliseconds);             // true when the render has ended
+  bool wait(int milliseconds);  // true when the render has ended
   Progress progress() const;
-  void cancel();                           // ends within half a second; what was accumulated stays readable
-  void finish();                           // joins; throws what ended the render, if an error did
-  std::vector<std::pair<std::string, int>> passes() const;  // name, channels, in the order asked for
+  void cancel();  // ends within half a second; what was accumulated stays readable
+  void finish();  // joins; throws what ended the render, if an error did
+  std::vector<std::pair<std::string, int>> passes() const;       // name, channels, in the order asked for
   void size(std::uint32_t& width, std::uint32_t& height) const;  // of the region
   // Pixels of a pass, averaged over the samples so far: width * height * channels floats, bottom row first, linear.
   void read(const std::string& pass, float* out) const;
-  std::string stats_json() const;          // seconds per stage, rays, Mrays/s, memory
+  std::string stats_json() const;  // seconds per stage, rays, Mrays/s, memory
 
   struct Impl;
 

@@ -10,29 +10,30 @@
 namespace hw {
 
 struct RenderSettings {
-  std::uint32_t width = 0, height = 0;          // full frame, pixels
-  std::array<std::uint32_t, 4> region{0, 0, 0, 0}; // x0, y0, x1, y1 (exclusive), bottom-left origin; all 0 = full frame
+  std::uint32_t width = 0, height = 0;  // full frame, pixels
+  std::array<std::uint32_t, 4> region{0, 0, 0,
+                                      0};  // x0, y0, x1, y1 (exclusive), bottom-left origin; all 0 = full frame
   std::uint32_t samples = 64;
-  std::uint32_t first_sample = 0;               // sample ranges of one render can be made apart and merged
+  std::uint32_t first_sample = 0;  // sample ranges of one render can be made apart and merged
   std::uint32_t seed = 0;
-  double time_limit = 0;                        // seconds, 0 = none; at least one sample is finished
+  double time_limit = 0;  // seconds, 0 = none; at least one sample is finished
   std::string integrator = "path";
-  std::string lights = "power";                 // "uniform" or "power"
+  std::string lights = "power";  // "uniform" or "power"
   std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4, transmission_bounces = 12;
   std::uint32_t transparent_bounces = 8;
-  std::uint32_t min_bounces = 0;                // before Russian roulette
-  float clamp_direct = 0, clamp_indirect = 0;   // 0 = off
+  std::uint32_t min_bounces = 0;               // before Russian roulette
+  float clamp_direct = 0, clamp_indirect = 0;  // 0 = off
   float filter_glossy = 0;
   bool caustics_reflective = true, caustics_refractive = true;
-  std::string filter = "BLACKMAN_HARRIS";       // or "GAUSSIAN", "BOX"
-  float filter_width = 1.5f;                    // pixels
+  std::string filter = "BLACKMAN_HARRIS";  // or "GAUSSIAN", "BOX"
+  float filter_width = 1.5f;               // pixels
   bool transparent_film = false;
   bool transparent_glass = false;
   float exposure = 1;
   float mist_start = 5, mist_depth = 25;
-  std::string mist_falloff = "QUADRATIC";       // "LINEAR", "INVERSE_QUADRATIC"
+  std::string mist_falloff = "QUADRATIC";  // "LINEAR", "INVERSE_QUADRATIC"
   float pass_alpha_threshold = 0.5f;
-  std::uint32_t tile_pixels = 0;                // 0 = chosen by memory; the image does not depend on it
+  std::uint32_t tile_pixels = 0;  // 0 = chosen by memory; the image does not depend on it
   std::vector<std::string> passes{"Combined"};
 };
 

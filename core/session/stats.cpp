@@ -40,13 +40,16 @@ class JsonObject {
     }
     return out + "\"";
   }
-  void add(const char* key, const std::string& value) { body_ += (body_.empty() ? "" : ", ") + quote(key) + ": " + value; }
+  void add(const char* key, const std::string& value) {
+    body_ += (body_.empty() ? "" : ", ") + quote(key) + ": " + value;
+  }
   std::string body_;
 };
 
 }  // namespace
 
-std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress, std::uint64_t wave_bytes) {
+std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress,
+                              std::uint64_t wave_bytes) {
   JsonObject scene;
   scene.integer("meshes", sync.meshes);
   scene.integer("instances", sync.instances);

@@ -10,6 +10,7 @@
 namespace hw {
 
 // Schema in docs/manual/stats.md.
-std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress, std::uint64_t wave_bytes);
+std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress,
+                              std::uint64_t wave_bytes);
 
 }  // namespace hw

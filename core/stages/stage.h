@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the host runs a stage: kernels specialised for a scene, the push constant they share, and the queues between them.
+// How the host runs a stage: kernels specialised for a scene, the push constant they share, and the queues between
+// them.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,8 @@ struct Push {
   std::span<const std::byte> bytes() const { return std::as_bytes(std::span(this, 1)); }
 };
 
-// Keeps every kernel that was asked for: a kernel costs a compilation on the driver's side. Safe to call from any thread.
+// Keeps every kernel that was asked for: a kernel costs a compilation on the driver's side. Safe to call from any
+// thread.
 class KernelCache {
  public:
   explicit KernelCache(Device& device) : device_(device) {}

@@ -11,7 +11,8 @@ namespace hw {
 
 std::size_t wave_bytes_per_path(const FilmLayout& layout) {
   return sizeof(PathState) + 2 * sizeof(Ray) + 2 * sizeof(Hit) + 4 + sizeof(ShadowState) + sizeof(SurfacePoint) +
-         HW_MAX_CLOSURES * sizeof(Closure) + (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 + (6 + 2 * HW_MAX_SHADING_CLASSES) * 4;
+         HW_MAX_CLOSURES * sizeof(Closure) + (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 +
+         (6 + 2 * HW_MAX_SHADING_CLASSES) * 4;
 }
 
 std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const char* label) {
@@ -48,7 +49,8 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   shadow_queue = std::make_unique<Queue>(device, capacity, "shadow queue");
   shadow_next = std::make_unique<Queue>(device, capacity, "next shadow queue");
   Commands commands(device);
-  for (Queue* q : {active.get(), next.get(), escaped_queue.get(), shadow_queue.get(), shadow_next.get(), program_queue.get()})
+  for (Queue* q :
+       {active.get(), next.get(), escaped_queue.get(), shadow_queue.get(), shadow_next.get(), program_queue.get()})
     commands.fill(q->buffer, 0, sizeof(QueueHeader), 0);
   for (std::uint32_t c = 0; c < HW_MAX_SHADING_CLASSES; ++c) {
     commands.fill(hit_queues[c]->buffer, 0, sizeof(QueueHeader), 0);
@@ -105,7 +107,9 @@ void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& l
   p.clamp_direct = s.clamp_direct > 0 ? 3 * s.clamp_direct : HW_INFINITY;
   p.clamp_indirect = s.clamp_indirect > 0 ? 3 * s.clamp_indirect : HW_INFINITY;
   p.filter_glossy = s.filter_glossy > 0 ? 1 / s.filter_glossy : HW_INFINITY;
-  p.filter_type = s.filter == "BOX" ? HW_FILTER_BOX : s.filter == "GAUSSIAN" ? HW_FILTER_GAUSSIAN : HW_FILTER_BLACKMAN_HARRIS;
+  p.filter_type = s.filter == "BOX"        ? HW_FILTER_BOX
+                  : s.filter == "GAUSSIAN" ? HW_FILTER_GAUSSIAN
+                                           : HW_FILTER_BLACKMAN_HARRIS;
   p.filter_width = s.filter_width;
   p.caustics = (s.caustics_reflective ? 1u : 0u) | (s.caustics_refractive ? 2u : 0u);
   p.transparent_film = (s.transparent_film ? 1u : 0u) | (s.transparent_glass ? 2u : 0u);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffers of one wave of paths: state, rays, hits, closures, queues. Sized once for a render and used again by every
-// wave of it.
+// The buffers of one wave of paths: state, rays, hits, closures, queues. Sized once for a render and used again by
+// every wave of it.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,7 @@ class Wave {
   std::unique_ptr<Buffer> paths, rays, hits, shadow_rays, shadow_hits, shadow_surface_hits, shadows, surfaces, closures,
       splits, results, counters_buffer, frame;
   std::unique_ptr<Queue> active, next, hit_queues[HW_MAX_SHADING_CLASSES], escaped_queue,
-      surface_queues[HW_MAX_SHADING_CLASSES], shadow_queue, shadow_next,
-      program_queue;
+      surface_queues[HW_MAX_SHADING_CLASSES], shadow_queue, shadow_next, program_queue;
 
  private:
   std::unique_ptr<Buffer> make(Device& device, std::size_t element, const char* label);

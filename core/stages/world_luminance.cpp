@@ -4,8 +4,8 @@
 
 namespace hw {
 
-std::vector<float> measure_world(Device& device, KernelCache& kernels, const Buffer& root, const Buffer& frame, const SpecConstants& constants,
-                                 std::uint32_t width, std::uint32_t height) {
+std::vector<float> measure_world(Device& device, KernelCache& kernels, const Buffer& root, const Buffer& frame,
+                                 const SpecConstants& constants, std::uint32_t width, std::uint32_t height) {
   const std::size_t count = std::size_t(width) * height;
   Buffer grid(device, count * 4, BufferUse::device, "world luminance");
   Commands commands(device);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Material programs: the checker refuses what the interpreter must not see, features follow the constants, and the host's
-// interpreter computes what the format says.
+// Material programs: the checker refuses what the interpreter must not see, features follow the constants, and the
+// host's interpreter computes what the format says.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-
 #include <random>
 #include <vector>
 
@@ -130,7 +129,8 @@ TEST_CASE("features follow the rows and their constants") {
   REQUIRE(check_program(p.view()) == "");
   const uint plain = program_features(p.view());
   CHECK((plain & HW_FEATURE_GLOSSY) != 0);
-  CHECK((plain & (HW_FEATURE_METALLIC | HW_FEATURE_COAT | HW_FEATURE_SHEEN | HW_FEATURE_TRANSMISSION | HW_FEATURE_TRANSPARENT)) == 0);
+  CHECK((plain & (HW_FEATURE_METALLIC | HW_FEATURE_COAT | HW_FEATURE_SHEEN | HW_FEATURE_TRANSMISSION |
+                  HW_FEATURE_TRANSPARENT)) == 0);
   CHECK((plain >> HW_FEATURE_VM_SHIFT & HW_VM_PRINCIPLED) != 0);
   p.words[5] = K | (K | 1u) << 16;  // metallic 1
   CHECK((program_features(p.view()) & HW_FEATURE_METALLIC) != 0);

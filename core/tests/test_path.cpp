@@ -22,9 +22,8 @@ MaterialData diffuse_material(float r, float g, float b) {
   const std::uint32_t c = HW_OPERAND_CONSTANT;
   MaterialData m;
   m.name = "diffuse";
-  m.program = {HW_PROGRAM_MAGIC, 1, 0, 0,
-               HW_OP_DIFFUSE, c | (c + 1) << 16, HW_REGISTER_NORMAL, c + 2,
-               HW_OP_END, 0, 0, 0};
+  m.program = {HW_PROGRAM_MAGIC, 1, 0, 0, HW_OP_DIFFUSE, c | (c + 1) << 16, HW_REGISTER_NORMAL, c + 2,
+               HW_OP_END,        0, 0, 0};
   m.constants = {r, g, b, 0, 0, 0, 0, 0, 1, 1, 1, 1};
   return m;
 }
@@ -52,7 +51,8 @@ MeshData cube(float half) {
   m.name = "cube";
   for (int i = 0; i < 8; ++i)
     for (int axis = 0; axis < 3; ++axis) m.positions.push_back((i >> axis & 1) ? half : -half);
-  m.tri_vertices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  m.tri_vertices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                    2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
   return m;
 }
 
@@ -133,12 +133,30 @@ TEST_CASE("the inside of a grey emitting box is a geometric series") {
   auto scene = std::make_shared<Scene>();
   scene->upsert_mesh(1, cube(1));
   MaterialData m = diffuse_material(0.5f, 0.5f, 0.5f);
-  m.program = {HW_PROGRAM_MAGIC, 1, 4, 0,
-               HW_OP_DIFFUSE, HW_OPERAND_CONSTANT | (HW_OPERAND_CONSTANT + 1) << 16, HW_REGISTER_NORMAL, HW_OPERAND_CONSTANT + 2,
-               HW_OP_EMISSION, HW_OPERAND_CONSTANT + 2, 0, 0,
-               HW_OP_END, 0, 0, 0,
-               HW_OP_EMISSION, HW_OPERAND_CONSTANT + 2, 0, 0,
-               HW_OP_END, 0, 0, 0};
+  m.program = {HW_PROGRAM_MAGIC,
+               1,
+               4,
+               0,
+               HW_OP_DIFFUSE,
+               HW_OPERAND_CONSTANT | (HW_OPERAND_CONSTANT + 1) << 16,
+               HW_REGISTER_NORMAL,
+               HW_OPERAND_CONSTANT + 2,
+               HW_OP_EMISSION,
+               HW_OPERAND_CONSTANT + 2,
+               0,
+               0,
+               HW_OP_END,
+               0,
+               0,
+               0,
+               HW_OP_EMISSION,
+               HW_OPERAND_CONSTANT + 2,
+               0,
+               0,
+               HW_OP_END,
+               0,
+               0,
+               0};
   m.flags = HW_MATERIAL_EMISSIVE;
   m.emission = {1, 1, 1};
   scene->upsert_material(1, m);

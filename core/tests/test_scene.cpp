@@ -78,27 +78,61 @@ TEST_CASE("scene: bad meshes are refused by name and reason") {
       {"three numbers a vertex", [](MeshData& m) { m.positions.pop_back(); }},
       {"three indices", [](MeshData& m) { m.tri_vertices.pop_back(); }},
       {"vertex 0 of 0", [](MeshData& m) { m.positions.clear(), m.tri_vertices.assign(3, 0); }},
-      {"tri_corners", [](MeshData& m) { m.tri_corners = {0, 1, 2}; }},
+      {"tri_corners",
+       [](MeshData& m) {
+         m.tri_corners = {0, 1, 2};
+       }},
       {"2147483647", [](MeshData& m) { m.tri_corners = {0, 1, 2, 3, 4, 0x7fffffffu}; }},
       {"3 normals for 4", [](MeshData& m) { m.normals.assign(9, 1); }},
       {"5 normals for 6", [](MeshData& m) { m.tri_corners = {0, 1, 2, 3, 4, 5}, m.normals.assign(15, 1); }},
       {"tri_slots has 1", [](MeshData& m) { m.tri_slots = {0}; }},
-      {"3 elements for 4 vertices", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_VERTEX, 2, std::vector<float>(6)}}; }},
-      {"3 elements for 2 triangles", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_FACE, 1, std::vector<float>(3)}}; }},
-      {"3 elements for 4 corners", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_CORNER, 2, std::vector<float>(6)}}; }},
-      {"5 components", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_VERTEX, 5, std::vector<float>(20)}}; }},
-      {"0 components", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_VERTEX, 0, {}}}; }},
-      {"part of an element", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_VERTEX, 2, std::vector<float>(7)}}; }},
-      {"unknown domain", [](MeshData& m) { m.attributes = {{"a", 9, 1, std::vector<float>(4)}}; }},
-      {"no name", [](MeshData& m) { m.attributes = {{"", HW_DOMAIN_VERTEX, 1, std::vector<float>(4)}}; }},
-      {"given twice", [](MeshData& m) { m.attributes.assign(2, {"a", HW_DOMAIN_VERTEX, 1, std::vector<float>(4)}); }},
+      {"3 elements for 4 vertices",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_VERTEX, 2, std::vector<float>(6)}};
+       }},
+      {"3 elements for 2 triangles",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_FACE, 1, std::vector<float>(3)}};
+       }},
+      {"3 elements for 4 corners",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_CORNER, 2, std::vector<float>(6)}};
+       }},
+      {"5 components",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_VERTEX, 5, std::vector<float>(20)}};
+       }},
+      {"0 components",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_VERTEX, 0, {}}};
+       }},
+      {"part of an element",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_VERTEX, 2, std::vector<float>(7)}};
+       }},
+      {"unknown domain",
+       [](MeshData& m) {
+         m.attributes = {{"a", 9, 1, std::vector<float>(4)}};
+       }},
+      {"no name",
+       [](MeshData& m) {
+         m.attributes = {{"", HW_DOMAIN_VERTEX, 1, std::vector<float>(4)}};
+       }},
+      {"given twice",
+       [](MeshData& m) {
+         m.attributes.assign(2, {"a", HW_DOMAIN_VERTEX, 1, std::vector<float>(4)});
+       }},
       {"9 attributes",
        [](MeshData& m) {
-         for (int i = 0; i < 9; ++i) m.attributes.push_back({"a" + std::to_string(i), HW_DOMAIN_VERTEX, 1, std::vector<float>(4)});
+         for (int i = 0; i < 9; ++i)
+           m.attributes.push_back({"a" + std::to_string(i), HW_DOMAIN_VERTEX, 1, std::vector<float>(4)});
        }},
       {"default_uv is 0", [](MeshData& m) { m.default_uv = 0; }},
       {"default_uv is -2", [](MeshData& m) { m.default_uv = -2; }},
-      {"one component", [](MeshData& m) { m.attributes = {{"a", HW_DOMAIN_VERTEX, 1, std::vector<float>(4)}}, m.default_uv = 0; }},
+      {"one component",
+       [](MeshData& m) {
+         m.attributes = {{"a", HW_DOMAIN_VERTEX, 1, std::vector<float>(4)}}, m.default_uv = 0;
+       }},
   };
   for (const Case& c : cases) {
     CAPTURE(c.reason);
@@ -170,20 +204,43 @@ TEST_CASE("scene: bad instances, lights, images, materials, cameras, worlds are 
   };
   const Case cases[] = {
       {"instance \"thing\" (id 5): no mesh has id 9", [](Scene& s) { s.upsert_instance(5, instance_of(9)); }},
-      {"no material has id 4", [](Scene& s) { auto i = instance_of(1); i.materials = {4}; s.upsert_instance(5, i); }},
+      {"no material has id 4",
+       [](Scene& s) {
+         auto i = instance_of(1);
+         i.materials = {4};
+         s.upsert_instance(5, i);
+       }},
       {"(id 5): its matrix", [](Scene& s) { s.upsert_instance(5, instance_of(1, at(kNan))); }},
-      {"(id 6): its matrix", [](Scene& s) {
+      {"(id 6): its matrix",
+       [](Scene& s) {
          const Matrix34 rows[2] = {kIdentity, at(0, kInf)};
          s.upsert_instances(5, instance_of(1), rows[0].data(), nullptr, 2);
        }},
-      {"color", [](Scene& s) { auto i = instance_of(1); i.color[1] = kNan; s.upsert_instance(5, i); }},
-      {"visibility", [](Scene& s) { auto i = instance_of(1); i.visibility = HW_MASK_LAMP; s.upsert_instance(5, i); }},
-      {"shadow_terminator_offset", [](Scene& s) { auto i = instance_of(1); i.shadow_terminator_offset = kNan; s.upsert_instance(5, i); }},
-      {"largest id", [](Scene& s) {
+      {"color",
+       [](Scene& s) {
+         auto i = instance_of(1);
+         i.color[1] = kNan;
+         s.upsert_instance(5, i);
+       }},
+      {"visibility",
+       [](Scene& s) {
+         auto i = instance_of(1);
+         i.visibility = HW_MASK_LAMP;
+         s.upsert_instance(5, i);
+       }},
+      {"shadow_terminator_offset",
+       [](Scene& s) {
+         auto i = instance_of(1);
+         i.shadow_terminator_offset = kNan;
+         s.upsert_instance(5, i);
+       }},
+      {"largest id",
+       [](Scene& s) {
          const Matrix34 rows[2] = {kIdentity, kIdentity};
          s.upsert_instances(~Id{0} - 1, instance_of(1), rows[0].data(), nullptr, 2);
        }},
-      {"light \"lamp\" (id 3): its matrix", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.object_to_world[3] = kNan; })); }},
+      {"light \"lamp\" (id 3): its matrix",
+       [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.object_to_world[3] = kNan; })); }},
       {"color", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.color[0] = kInf; })); }},
       {"power", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.power = kNan; })); }},
       {"radius is -1", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.radius = -1; })); }},
@@ -192,27 +249,65 @@ TEST_CASE("scene: bad instances, lights, images, materials, cameras, worlds are 
       {"spread", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.spread = -1; })); }},
       {"spot_blend", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.spot_blend = 2; })); }},
       {"unknown kind", [&](Scene& s) { s.upsert_light(3, light([](auto& l) { l.type = HW_LIGHT_WORLD; })); }},
-      {"image \"picture\" (id 2): 15 bytes for 2 x 2", [&](Scene& s) { s.upsert_image(2, image(2, 2, HW_TEXEL_RGBA8, 15)); }},
+      {"image \"picture\" (id 2): 15 bytes for 2 x 2",
+       [&](Scene& s) { s.upsert_image(2, image(2, 2, HW_TEXEL_RGBA8, 15)); }},
       {"64 are needed", [&](Scene& s) { s.upsert_image(2, image(2, 2, HW_TEXEL_RGBA32F, 16)); }},
       {"unknown texel format", [&](Scene& s) { s.upsert_image(2, image(1, 1, 17, 4)); }},
       {"size is 0 x 2", [&](Scene& s) { s.upsert_image(2, image(0, 2, HW_TEXEL_R8, 0)); }},
       {"too large", [&](Scene& s) { s.upsert_image(2, image(70000, 1, HW_TEXEL_R8, 70000)); }},
       {"too large", [&](Scene& s) { s.upsert_image(2, image(65536, 65536, HW_TEXEL_R8, 0)); }},
       {"missing image", [&](Scene& s) { s.upsert_image(0, image(1, 1, HW_TEXEL_R8, 1)); }},
-      {"material (id 8): no image has id 3", [](Scene& s) { MaterialData m; m.images = {3}; s.upsert_material(8, m); }},
+      {"material (id 8): no image has id 3",
+       [](Scene& s) {
+         MaterialData m;
+         m.images = {3};
+         s.upsert_material(8, m);
+       }},
       {"built-in", [](Scene& s) { s.upsert_material(0, MaterialData{}); }},
-      {"four numbers", [](Scene& s) { MaterialData m; m.constants = {1}; s.upsert_material(8, m); }},
-      {"emission", [](Scene& s) { MaterialData m; m.emission[2] = kNan; s.upsert_material(8, m); }},
-      {"its program can't be used", [](Scene& s) { MaterialData m; m.program = {1, 2, 3, 4}; s.upsert_material(8, m); }},
-      {"its program can't be used", [](Scene& s) {
+      {"four numbers",
+       [](Scene& s) {
+         MaterialData m;
+         m.constants = {1};
+         s.upsert_material(8, m);
+       }},
+      {"emission",
+       [](Scene& s) {
+         MaterialData m;
+         m.emission[2] = kNan;
+         s.upsert_material(8, m);
+       }},
+      {"its program can't be used",
+       [](Scene& s) {
+         MaterialData m;
+         m.program = {1, 2, 3, 4};
+         s.upsert_material(8, m);
+       }},
+      {"its program can't be used",
+       [](Scene& s) {
          MaterialData m = default_material();
          m.constants.resize(4);  // the program reads three
          s.upsert_material(8, m);
        }},
-      {"world \"\": no material has id 8", [](Scene& s) { WorldData w; w.material = 8; s.set_world(w); }},
-      {"color", [](Scene& s) { WorldData w; w.color[0] = kNan; s.set_world(w); }},
-      {"importance_width", [](Scene& s) { WorldData w; w.importance_width = 1u << 20; s.set_world(w); }},
-      {"camera: the picture plane has no area", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.right = c.left; })); }},
+      {"world \"\": no material has id 8",
+       [](Scene& s) {
+         WorldData w;
+         w.material = 8;
+         s.set_world(w);
+       }},
+      {"color",
+       [](Scene& s) {
+         WorldData w;
+         w.color[0] = kNan;
+         s.set_world(w);
+       }},
+      {"importance_width",
+       [](Scene& s) {
+         WorldData w;
+         w.importance_width = 1u << 20;
+         s.set_world(w);
+       }},
+      {"camera: the picture plane has no area",
+       [&](Scene& s) { s.set_camera(cam([](auto& c) { c.right = c.left; })); }},
       {"no area", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.top = -2; })); }},
       {"picture plane", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.top = kNan; })); }},
       {"its matrix", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.camera_to_world[7] = kInf; })); }},
@@ -221,7 +316,8 @@ TEST_CASE("scene: bad instances, lights, images, materials, cameras, worlds are 
       {"clip_end", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.clip_end = kNan; })); }},
       {"clip_start", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.clip_start = -1; })); }},
       {"aperture_radius", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.aperture_radius = kNan; })); }},
-      {"focus_distance", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.aperture_radius = 1, c.focus_distance = 0; })); }},
+      {"focus_distance",
+       [&](Scene& s) { s.set_camera(cam([](auto& c) { c.aperture_radius = 1, c.focus_distance = 0; })); }},
       {"aperture_ratio", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.aperture_ratio = 0; })); }},
       {"unknown kind of camera", [&](Scene& s) { s.set_camera(cam([](auto& c) { c.type = 12; })); }},
       {"no mesh has id 33", [](Scene& s) { s.remove_mesh(33); }},
@@ -398,7 +494,8 @@ TEST_CASE("scene: matrices as they are traced") {
 
   // Flattened along z, and along a slanted axis: seen, with a finite inverse, at most 1e-4 of its size away.
   const float h = std::sqrt(0.5f);
-  for (const Matrix34& flat : {Matrix34{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 5}, Matrix34{1, 0, h, 0, 0, 1, h, 0, 1, 1, 2 * h, 0}}) {
+  for (const Matrix34& flat :
+       {Matrix34{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 5}, Matrix34{1, 0, h, 0, 0, 1, h, 0, 1, 1, 2 * h, 0}}) {
     const Placement p = place(flat);
     CHECK(p.visible);
     CHECK(all_finite(p.inverse, 12));
@@ -410,7 +507,8 @@ TEST_CASE("scene: matrices as they are traced") {
         CHECK(product == doctest::Approx(r == c ? 1 : 0).epsilon(0.01).scale(1));
       }
   }
-  for (const Matrix34& gone : {Matrix34{1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, Matrix34{}, Matrix34{1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0}}) {
+  for (const Matrix34& gone :
+       {Matrix34{1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, Matrix34{}, Matrix34{1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1, 0}}) {
     const Placement p = place(gone);
     CHECK_FALSE(p.visible);
     CHECK(all_finite(p.inverse, 12));

@@ -33,6 +33,7 @@ TEST_CASE("an object with noise does not burden plain ones") {
 }
 
 TEST_CASE("alike objects share a class, and no objects are one empty class") {
-  CHECK(choose_shading_classes({{HW_FEATURE_GLOSSY, 5}, {HW_FEATURE_GLOSSY | HW_FEATURE_BUMP, 5}}).features.size() == 1);
+  CHECK(choose_shading_classes({{HW_FEATURE_GLOSSY, 5}, {HW_FEATURE_GLOSSY | HW_FEATURE_BUMP, 5}}).features.size() ==
+        1);
   CHECK(choose_shading_classes({}).features.size() == 1);
 }

@@ -86,8 +86,8 @@ struct Rig {
 
 // What a ray down from z = 10 at (x, y) hits.
 Hit trace(Tracer& tracer, float x, float y, std::uint32_t mask = 0xff) {
-  Buffer queue(device(), sizeof(QueueHeader) + 4, BufferUse::device, "queue"), rays(device(), sizeof(Ray), BufferUse::device, "rays"),
-      hits(device(), sizeof(Hit), BufferUse::device, "hits");
+  Buffer queue(device(), sizeof(QueueHeader) + 4, BufferUse::device, "queue"),
+      rays(device(), sizeof(Ray), BufferUse::device, "rays"), hits(device(), sizeof(Hit), BufferUse::device, "hits");
   const std::uint32_t header[5] = {1, 1, 1, 1, 0};
   const Ray ray{vec3(x, y, 10), 0, vec3(0, 0, -1), HW_INFINITY, mask};
   device().write(queue, 0, std::as_bytes(std::span(header)));
@@ -173,9 +173,10 @@ TEST_CASE("tables: what can't be hit keeps its place") {
   r.scene.upsert_mesh(1, none);
   r.scene.upsert_mesh(2, quad());
   r.scene.upsert_instance(1, instance_of(1));
-  r.scene.upsert_instance(2, instance_of(2, {0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0}));     // a point
-  r.scene.upsert_instance(3, instance_of(2, {1, 0, 0, 6, 0, 1, 0, 0, 0, 0, 0, 1}));     // flat in z, as a plane's scale may be
-  r.scene.upsert_instance(4, instance_of(2, {-1, 0, 0, 9, 0, 1, 0, 0, 0, 0, 1, 0}));    // mirrored
+  r.scene.upsert_instance(2, instance_of(2, {0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0}));  // a point
+  r.scene.upsert_instance(
+      3, instance_of(2, {1, 0, 0, 6, 0, 1, 0, 0, 0, 0, 0, 1}));  // flat in z, as a plane's scale may be
+  r.scene.upsert_instance(4, instance_of(2, {-1, 0, 0, 9, 0, 1, 0, 0, 0, 0, 1, 0}));  // mirrored
   r.update();
   CHECK(trace(*r.tracer, 0, 0).instance == HW_NONE);
   CHECK(trace(*r.tracer, 3, 0).instance == HW_NONE);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hashes behind procedural textures. Lookup3: R. Jenkins 2006, final and mix steps, seeded by the number of words;
-// PCG: Jarzynski and Olano 2020, "Hash functions for GPU rendering", on signed words with the sign cleared, as Blender's
-// Voronoi texture uses it.
+// PCG: Jarzynski and Olano 2020, "Hash functions for GPU rendering", on signed words with the sign cleared, as
+// Blender's Voronoi texture uses it.
 #ifndef HW_HASH_H
 #define HW_HASH_H
 #include "../shared/portable.h"
@@ -22,21 +22,40 @@ HW_FN uint lookup3(uint x, uint y, uint z, uint w, uint words) {
   uint c = a + (words >= 3u ? z : 0u);
   a += x;
   if (words == 4u) {
-    a -= c; a ^= rotate_left(c, 4u); c += b;
-    b -= a; b ^= rotate_left(a, 6u); a += c;
-    c -= b; c ^= rotate_left(b, 8u); b += a;
-    a -= c; a ^= rotate_left(c, 16u); c += b;
-    b -= a; b ^= rotate_left(a, 19u); a += c;
-    c -= b; c ^= rotate_left(b, 4u); b += a;
+    a -= c;
+    a ^= rotate_left(c, 4u);
+    c += b;
+    b -= a;
+    b ^= rotate_left(a, 6u);
+    a += c;
+    c -= b;
+    c ^= rotate_left(b, 8u);
+    b += a;
+    a -= c;
+    a ^= rotate_left(c, 16u);
+    c += b;
+    b -= a;
+    b ^= rotate_left(a, 19u);
+    a += c;
+    c -= b;
+    c ^= rotate_left(b, 4u);
+    b += a;
     a += w;
   }
-  c ^= b; c -= rotate_left(b, 14u);
-  a ^= c; a -= rotate_left(c, 11u);
-  b ^= a; b -= rotate_left(a, 25u);
-  c ^= b; c -= rotate_left(b, 16u);
-  a ^= c; a -= rotate_left(c, 4u);
-  b ^= a; b -= rotate_left(a, 14u);
-  c ^= b; c -= rotate_left(b, 24u);
+  c ^= b;
+  c -= rotate_left(b, 14u);
+  a ^= c;
+  a -= rotate_left(c, 11u);
+  b ^= a;
+  b -= rotate_left(a, 25u);
+  c ^= b;
+  c -= rotate_left(b, 16u);
+  a ^= c;
+  a -= rotate_left(c, 4u);
+  b ^= a;
+  b -= rotate_left(a, 14u);
+  c ^= b;
+  c -= rotate_left(b, 24u);
   return c;
 }
 
@@ -73,7 +92,8 @@ HW_FN vec4 pcg_unit(ivec4 cell, uint words) {
   }
   const float scale = 1.0f / 2147483647.0f;
   return vec4(float(x & 0x7FFFFFFFu), float(y & 0x7FFFFFFFu), words > 2u ? float(z & 0x7FFFFFFFu) : 0.0f,
-              words > 3u ? float(w & 0x7FFFFFFFu) : 0.0f) * scale;
+              words > 3u ? float(w & 0x7FFFFFFFu) : 0.0f) *
+         scale;
 }
 
 HW_NAMESPACE_END

@@ -7,8 +7,8 @@
 #include "../shared/portable.h"
 HW_NAMESPACE_BEGIN
 
-// World space, metres. The nearest t with tmin < t < tmax where the ray meets the lamp: a sphere from outside or inside,
-// a rectangle or ellipse on the side that emits. Returns false and leaves `t` at tmax when there is none.
+// World space, metres. The nearest t with tmin < t < tmax where the ray meets the lamp: a sphere from outside or
+// inside, a rectangle or ellipse on the side that emits. Returns false and leaves `t` at tmax when there is none.
 HW_FN bool lamp_intersect(LampShape lamp, vec3 origin, vec3 direction, float tmin, float tmax, HW_OUT(float) t) {
   t = tmax;
   vec3 to_center = lamp.center - origin;
@@ -62,8 +62,7 @@ HW_FN bool lamp_intersect(LampShape lamp, vec3 origin, vec3 direction, float tmi
 HW_FN vec3 lamp_half_extent(LampShape lamp) {
   if (lamp.shape == HW_LAMP_SHAPE_NONE) return vec3(0.0f, 0.0f, 0.0f);
   bool round = lamp.shape == HW_LAMP_SHAPE_SPHERE || lamp.shape == HW_LAMP_SHAPE_FACING_DISK;
-  vec3 half_size = round ? vec3(lamp.radius, lamp.radius, lamp.radius)
-                         : abs(lamp.axis_x) + abs(lamp.axis_y);
+  vec3 half_size = round ? vec3(lamp.radius, lamp.radius, lamp.radius) : abs(lamp.axis_x) + abs(lamp.axis_y);
   // Rounding of the traversal's slab test at the box's own distance from the origin must not lose a flat lamp.
   float largest = max(max(abs(lamp.center.x), abs(lamp.center.y)), max(abs(lamp.center.z), 1e-3f));
   float padding = 1e-6f * (largest + max(half_size.x, max(half_size.y, half_size.z)));

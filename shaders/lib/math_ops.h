@@ -18,15 +18,33 @@ HW_FN float truncated_modulo(float a, float b) {
 // implementation that runs both sides of branches anyway.
 HW_FN vec3 core_op(uint op, uint sub, vec3 a, vec3 b, vec3 c) {
   vec3 r = a * b + c;
-  if (op == HW_OP_MIX) { r = a + (b - a) * c; }
-  if (op == HW_OP_DIV) { r = vec3(divide_or_zero(a.x, b.x), divide_or_zero(a.y, b.y), divide_or_zero(a.z, b.z)); }
-  if (op == HW_OP_MIN) { r = min(a, b); }
-  if (op == HW_OP_MAX) { r = max(a, b); }
-  if (op == HW_OP_LESS) { r = vec3(a.x < b.x ? 1.0f : 0.0f, a.y < b.y ? 1.0f : 0.0f, a.z < b.z ? 1.0f : 0.0f); }
-  if (op == HW_OP_FLOOR) { r = floor(a); }
-  if (op == HW_OP_SQRT) { r = sqrt(max(a, vec3(0.0f))); }
-  if (op == HW_OP_DOT) { r = vec3(dot(a, b)); }
-  if (op == HW_OP_CROSS) { r = cross(a, b); }
+  if (op == HW_OP_MIX) {
+    r = a + (b - a) * c;
+  }
+  if (op == HW_OP_DIV) {
+    r = vec3(divide_or_zero(a.x, b.x), divide_or_zero(a.y, b.y), divide_or_zero(a.z, b.z));
+  }
+  if (op == HW_OP_MIN) {
+    r = min(a, b);
+  }
+  if (op == HW_OP_MAX) {
+    r = max(a, b);
+  }
+  if (op == HW_OP_LESS) {
+    r = vec3(a.x < b.x ? 1.0f : 0.0f, a.y < b.y ? 1.0f : 0.0f, a.z < b.z ? 1.0f : 0.0f);
+  }
+  if (op == HW_OP_FLOOR) {
+    r = floor(a);
+  }
+  if (op == HW_OP_SQRT) {
+    r = sqrt(max(a, vec3(0.0f)));
+  }
+  if (op == HW_OP_DOT) {
+    r = vec3(dot(a, b));
+  }
+  if (op == HW_OP_CROSS) {
+    r = cross(a, b);
+  }
   if (op == HW_OP_NORMALIZE) {
     float length2 = dot(a, a);
     r = a * (length2 > 0.0f ? 1.0f / sqrt(length2) : 0.0f);
@@ -34,7 +52,9 @@ HW_FN vec3 core_op(uint op, uint sub, vec3 a, vec3 b, vec3 c) {
   if (op == HW_OP_COMBINE) {
     r = vec3(component_of(a, sub & 3u), component_of(b, (sub >> 2u) & 3u), component_of(c, (sub >> 4u) & 3u));
   }
-  if (op == HW_OP_SELECT) { r = vec3(c.x != 0.0f ? b.x : a.x, c.y != 0.0f ? b.y : a.y, c.z != 0.0f ? b.z : a.z); }
+  if (op == HW_OP_SELECT) {
+    r = vec3(c.x != 0.0f ? b.x : a.x, c.y != 0.0f ? b.y : a.y, c.z != 0.0f ? b.z : a.z);
+  }
   return r;
 }
 
@@ -50,20 +70,38 @@ HW_FN float power_or_zero(float a, float b) {
 // HW_OP_MATH: scalar functions, `function` is HW_MATH_*.
 HW_FN float scalar_function(uint function, float a, float b) {
   float r = power_or_zero(a, b);
-  if (function == HW_MATH_LOG) { r = a > 0.0f && b > 0.0f ? divide_or_zero(log(max(a, 1e-45f)), log(max(b, 1e-45f))) : 0.0f; }
-  if (function == HW_MATH_EXP) { r = exp(a); }
-  if (function == HW_MATH_SIN) { r = sin(a); }
-  if (function == HW_MATH_COS) { r = cos(a); }
-  if (function == HW_MATH_TAN) { r = tan(a); }
-  if (function == HW_MATH_ASIN) { r = asin(clamp(a, -1.0f, 1.0f)); }
-  if (function == HW_MATH_ACOS) { r = acos(clamp(a, -1.0f, 1.0f)); }
-  if (function == HW_MATH_ATAN2) { r = a == 0.0f && b == 0.0f ? 0.0f : atan(a, b); }
+  if (function == HW_MATH_LOG) {
+    r = a > 0.0f && b > 0.0f ? divide_or_zero(log(max(a, 1e-45f)), log(max(b, 1e-45f))) : 0.0f;
+  }
+  if (function == HW_MATH_EXP) {
+    r = exp(a);
+  }
+  if (function == HW_MATH_SIN) {
+    r = sin(a);
+  }
+  if (function == HW_MATH_COS) {
+    r = cos(a);
+  }
+  if (function == HW_MATH_TAN) {
+    r = tan(a);
+  }
+  if (function == HW_MATH_ASIN) {
+    r = asin(clamp(a, -1.0f, 1.0f));
+  }
+  if (function == HW_MATH_ACOS) {
+    r = acos(clamp(a, -1.0f, 1.0f));
+  }
+  if (function == HW_MATH_ATAN2) {
+    r = a == 0.0f && b == 0.0f ? 0.0f : atan(a, b);
+  }
   float e = exp(min(abs(a), 88.0f));
   if (function == HW_MATH_SINH) {
     float r0 = abs(a) < 0.01f ? a * (1.0f + a * a / 6.0f) : (e - 1.0f / e) * (a < 0.0f ? -0.5f : 0.5f);
     r = r0;
   }
-  if (function == HW_MATH_COSH) { r = 0.5f * (e + 1.0f / e); }
+  if (function == HW_MATH_COSH) {
+    r = 0.5f * (e + 1.0f / e);
+  }
   if (function == HW_MATH_TANH) {
     float e2 = exp(-2.0f * min(abs(a), 44.0f));
     float t = (1.0f - e2) / (1.0f + e2);

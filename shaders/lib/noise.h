@@ -11,7 +11,9 @@ HW_FN float signed_if(float v, uint negative) { return negative != 0u ? -v : v; 
 
 // Slope of a lattice point's gradient at an offset from it.
 HW_FN float lattice_gradient(uint h, vec4 d, uint dims) {
-  if (dims == 1u) { return signed_if(1.0f + float(h & 7u), h & 8u) * d.x; }
+  if (dims == 1u) {
+    return signed_if(1.0f + float(h & 7u), h & 8u) * d.x;
+  }
   uint h3 = h & 15u;
   uint h4 = h & 31u;
   float u;
@@ -57,10 +59,10 @@ HW_FN float signed_noise(vec4 p, uint dims) {
 }
 
 struct NoiseParams {
-  uint type;         // HW_NOISE_*
+  uint type;  // HW_NOISE_*
   uint dims;
-  uint normalise;    // fBM only: 0..1
-  float detail;      // octaves, 0..15
+  uint normalise;  // fBM only: 0..1
+  float detail;    // octaves, 0..15
   float roughness;
   float lacunarity;
   float offset;
@@ -78,9 +80,9 @@ HW_FN float fractal_noise(vec4 p, NoiseParams n) {
   bool terrain = type == HW_NOISE_HETERO_TERRAIN;
   float value = product ? 1.0f : 0.0f;
   float amplitude = 1.0f;
-  float total = 0.0f;    // fBM: sum of amplitudes of whole octaves
-  float whole = 0.0f;    // fBM: value of whole octaves
-  float weight = 1.0f;   // hybrid, ridged
+  float total = 0.0f;   // fBM: sum of amplitudes of whole octaves
+  float whole = 0.0f;   // fBM: value of whole octaves
+  float weight = 1.0f;  // hybrid, ridged
   float signal = 0.0f;
   float scale = 1.0f;
   int last = int(octaves) + (fraction != 0.0f && !ridged ? 1 : 0);
@@ -123,7 +125,9 @@ HW_FN float fractal_noise(vec4 p, NoiseParams n) {
 
 // Offset that makes an independent noise out of the same function: 100..200 an axis, hashed from a seed.
 HW_FN vec4 noise_seed_offset(float seed, uint dims) {
-  if (dims == 1u) { return vec4(100.0f + 100.0f * hash_floats(seed, 0.0f, 0.0f, 0.0f, 1u), 0.0f, 0.0f, 0.0f); }
+  if (dims == 1u) {
+    return vec4(100.0f + 100.0f * hash_floats(seed, 0.0f, 0.0f, 0.0f, 1u), 0.0f, 0.0f, 0.0f);
+  }
   return vec4(100.0f) + 100.0f * vec4(hash_floats(seed, 0.0f, 0.0f, 0.0f, 2u), hash_floats(seed, 1.0f, 0.0f, 0.0f, 2u),
                                       hash_floats(seed, 2.0f, 0.0f, 0.0f, 2u), hash_floats(seed, 3.0f, 0.0f, 0.0f, 2u));
 }

@@ -16,14 +16,20 @@ HW_FN vec3 white_noise(uint sub, vec3 p, float w) {
                              : vec3(value, hash_floats(w, 1.0f, 0.0f, 0.0f, 2u), hash_floats(w, 2.0f, 0.0f, 0.0f, 2u));
   }
   float value = hash_floats(p.x, p.y, p.z, w, dims);
-  if ((sub & 16u) == 0u) { return vec3(value); }
-  if (dims == 2u) { return vec3(value, hash_floats(p.x, p.y, 1.0f, 0.0f, 3u), hash_floats(p.x, p.y, 2.0f, 0.0f, 3u)); }
-  if (dims == 3u) { return vec3(value, hash_floats(p.x, p.y, p.z, 1.0f, 4u), hash_floats(p.x, p.y, p.z, 2.0f, 4u)); }
+  if ((sub & 16u) == 0u) {
+    return vec3(value);
+  }
+  if (dims == 2u) {
+    return vec3(value, hash_floats(p.x, p.y, 1.0f, 0.0f, 3u), hash_floats(p.x, p.y, 2.0f, 0.0f, 3u));
+  }
+  if (dims == 3u) {
+    return vec3(value, hash_floats(p.x, p.y, p.z, 1.0f, 4u), hash_floats(p.x, p.y, p.z, 2.0f, 4u));
+  }
   return vec3(value, hash_floats(p.z, p.x, w, p.y, 4u), hash_floats(w, p.z, p.y, p.x, 4u));
 }
 
-// HW_OP_MAGIC: `p` unscaled, taken modulo 2 pi, then times 5 * scale. Each step replaces one of x, y, z by a signed sine
-// or cosine of a signed sum of the three, times the distortion.
+// HW_OP_MAGIC: `p` unscaled, taken modulo 2 pi, then times 5 * scale. Each step replaces one of x, y, z by a signed
+// sine or cosine of a signed sum of the three, times the distortion.
 HW_FN vec3 magic_texture(uint depth, vec3 p, float scale, float distortion) {
   const float turn = 6.2831853071795864769f;
   float px = truncated_modulo(p.x, turn);
@@ -37,16 +43,36 @@ HW_FN vec3 magic_texture(uint depth, vec3 p, float scale, float distortion) {
   x *= d;
   y *= d;
   z *= d;
-  if (depth > 0u) { y = -cos(x - y + z) * d; }
-  if (depth > 1u) { x = cos(x - y - z) * d; }
-  if (depth > 2u) { z = sin(-x - y - z) * d; }
-  if (depth > 3u) { x = -cos(y - x - z) * d; }
-  if (depth > 4u) { y = -sin(y - x + z) * d; }
-  if (depth > 5u) { y = -cos(y - x + z) * d; }
-  if (depth > 6u) { x = cos(x + y + z) * d; }
-  if (depth > 7u) { z = sin(x + y - z) * d; }
-  if (depth > 8u) { x = -cos(z - x - y) * d; }
-  if (depth > 9u) { y = -sin(x - y + z) * d; }
+  if (depth > 0u) {
+    y = -cos(x - y + z) * d;
+  }
+  if (depth > 1u) {
+    x = cos(x - y - z) * d;
+  }
+  if (depth > 2u) {
+    z = sin(-x - y - z) * d;
+  }
+  if (depth > 3u) {
+    x = -cos(y - x - z) * d;
+  }
+  if (depth > 4u) {
+    y = -sin(y - x + z) * d;
+  }
+  if (depth > 5u) {
+    y = -cos(y - x + z) * d;
+  }
+  if (depth > 6u) {
+    x = cos(x + y + z) * d;
+  }
+  if (depth > 7u) {
+    z = sin(x + y - z) * d;
+  }
+  if (depth > 8u) {
+    x = -cos(z - x - y) * d;
+  }
+  if (depth > 9u) {
+    y = -sin(x - y + z) * d;
+  }
   float norm = distortion != 0.0f ? 0.5f / distortion : 1.0f;
   return vec3(0.5f - x * norm, 0.5f - y * norm, 0.5f - z * norm);
 }

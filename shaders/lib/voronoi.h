@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cellular texture in 1 to 4 dimensions (Worley 1996), distance to edges after Quilez, fractal sum and smooth minimum as
-// Blender's Voronoi Texture has them.
+// Cellular texture in 1 to 4 dimensions (Worley 1996), distance to edges after Quilez, fractal sum and smooth minimum
+// as Blender's Voronoi Texture has them.
 #ifndef HW_VORONOI_H
 #define HW_VORONOI_H
 #include "../shared/material_program.h"
@@ -8,8 +8,8 @@
 HW_NAMESPACE_BEGIN
 
 struct VoronoiParams {
-  uint feature;      // HW_VORONOI_*
-  uint metric;       // HW_METRIC_*
+  uint feature;  // HW_VORONOI_*
+  uint metric;   // HW_METRIC_*
   uint dims;
   float randomness;
   float smoothness;  // 0..0.5
@@ -18,12 +18,14 @@ struct VoronoiParams {
 struct VoronoiResult {
   float distance;
   vec3 color;
-  vec4 position;     // x, y, z, w; in one dimension only w
+  vec4 position;  // x, y, z, w; in one dimension only w
 };
 
 // The feature point's offset within its cell, before randomness; and the cell's colour.
 HW_FN vec4 voronoi_point(vec4 cell, uint dims) {
-  if (dims == 1u) { return vec4(hash_floats(cell.x, 0.0f, 0.0f, 0.0f, 1u), 0.0f, 0.0f, 0.0f); }
+  if (dims == 1u) {
+    return vec4(hash_floats(cell.x, 0.0f, 0.0f, 0.0f, 1u), 0.0f, 0.0f, 0.0f);
+  }
   return pcg_unit(ivec4(int(cell.x), int(cell.y), int(cell.z), int(cell.w)), dims);
 }
 HW_FN vec3 voronoi_color(vec4 cell, uint dims) {
@@ -38,8 +40,12 @@ HW_FN vec3 voronoi_color(vec4 cell, uint dims) {
 // Unused dimensions are 0 in d.
 HW_FN float voronoi_metric(vec4 d, VoronoiParams v) {
   vec4 a = abs(d);
-  if (v.metric == HW_METRIC_MANHATTAN && v.dims > 1u) { return a.x + a.y + a.z + a.w; }
-  if (v.metric == HW_METRIC_CHEBYCHEV && v.dims > 1u) { return max(max(a.x, a.y), max(a.z, a.w)); }
+  if (v.metric == HW_METRIC_MANHATTAN && v.dims > 1u) {
+    return a.x + a.y + a.z + a.w;
+  }
+  if (v.metric == HW_METRIC_CHEBYCHEV && v.dims > 1u) {
+    return max(max(a.x, a.y), max(a.z, a.w));
+  }
   if (v.metric == HW_METRIC_MINKOWSKI && v.dims > 1u) {
     float e = v.exponent;
     float sum = 0.0f;
@@ -107,7 +113,9 @@ HW_FN VoronoiResult voronoi_octave(vec4 p, VoronoiParams v) {
   VoronoiResult r;
   r.distance = smooth_ ? blend_distance : (second ? next : best);
   r.color = blend_color;
-  if (!smooth_) { r.color = voronoi_color(cell + (second ? next_cell : best_cell), v.dims); }
+  if (!smooth_) {
+    r.color = voronoi_color(cell + (second ? next_cell : best_cell), v.dims);
+  }
   vec4 at = cell + (smooth_ ? blend_point : (second ? next_point : best_point));
   r.position = v.dims == 1u ? vec4(0.0f, 0.0f, 0.0f, at.x) : at * used;
   return r;
@@ -189,7 +197,9 @@ HW_FN vec3 voronoi_texture(uint sub, vec3 p3, vec3 b, vec3 c, float randomness) 
   float lacunarity = c.x;
   vec4 p = v.dims == 1u ? vec4(b.x, 0.0f, 0.0f, 0.0f)
                         : vec4(p3.x, p3.y, v.dims > 2u ? p3.z : 0.0f, v.dims > 3u ? b.x : 0.0f);
-  if (v.feature == HW_VORONOI_N_SPHERE_RADIUS) { return vec3(voronoi_radius(p, v)); }
+  if (v.feature == HW_VORONOI_N_SPHERE_RADIUS) {
+    return vec3(voronoi_radius(p, v));
+  }
 
   bool edge = v.feature == HW_VORONOI_DISTANCE_TO_EDGE;
   float reach = 0.5f + 0.5f * v.randomness;
@@ -227,9 +237,12 @@ HW_FN vec3 voronoi_texture(uint sub, vec3 p3, vec3 b, vec3 c, float randomness) 
     distance_ = distance_ / (edge ? total : total * farthest);
     color = color * (1.0f / total);
   }
-  return wanted == HW_VORONOI_OUT_DISTANCE ? vec3(distance_)
-         : (wanted == HW_VORONOI_OUT_COLOR ? color
-            : (wanted == HW_VORONOI_OUT_POSITION ? vec3(position.x, position.y, position.z) : vec3(position.w)));
+  return wanted == HW_VORONOI_OUT_DISTANCE
+             ? vec3(distance_)
+             : (wanted == HW_VORONOI_OUT_COLOR
+                    ? color
+                    : (wanted == HW_VORONOI_OUT_POSITION ? vec3(position.x, position.y, position.z)
+                                                         : vec3(position.w)));
 }
 
 HW_NAMESPACE_END

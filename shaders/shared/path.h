@@ -7,15 +7,15 @@ HW_NAMESPACE_BEGIN
 
 // Passes a film can hold; a set bit in FrameParams::passes means the pass is kept, at float offset pass_offset[bit]
 // within a pixel's record of `film_stride` floats.
-HW_CONST uint HW_PASS_COMBINED = 0u;       // 4: RGB, alpha
-HW_CONST uint HW_PASS_DEPTH = 1u;          // 1, first sample, no filter
-HW_CONST uint HW_PASS_POSITION = 2u;       // 3, first sample
-HW_CONST uint HW_PASS_NORMAL = 3u;         // 3
-HW_CONST uint HW_PASS_VECTOR = 4u;         // 4
-HW_CONST uint HW_PASS_UV = 5u;             // 3
-HW_CONST uint HW_PASS_MIST = 6u;           // 1
-HW_CONST uint HW_PASS_OBJECT_INDEX = 7u;   // 1, first sample
-HW_CONST uint HW_PASS_MATERIAL_INDEX = 8u; // 1, first sample
+HW_CONST uint HW_PASS_COMBINED = 0u;        // 4: RGB, alpha
+HW_CONST uint HW_PASS_DEPTH = 1u;           // 1, first sample, no filter
+HW_CONST uint HW_PASS_POSITION = 2u;        // 3, first sample
+HW_CONST uint HW_PASS_NORMAL = 3u;          // 3
+HW_CONST uint HW_PASS_VECTOR = 4u;          // 4
+HW_CONST uint HW_PASS_UV = 5u;              // 3
+HW_CONST uint HW_PASS_MIST = 6u;            // 1
+HW_CONST uint HW_PASS_OBJECT_INDEX = 7u;    // 1, first sample
+HW_CONST uint HW_PASS_MATERIAL_INDEX = 8u;  // 1, first sample
 HW_CONST uint HW_PASS_DENOISING_NORMAL = 9u;
 HW_CONST uint HW_PASS_DENOISING_ALBEDO = 10u;
 HW_CONST uint HW_PASS_DIFFUSE_DIRECT = 11u;
@@ -48,27 +48,27 @@ HW_CONST uint HW_PATH_FEATURES_DONE = 2048u;      // denoising features have bee
 
 struct PathState {
   vec3 throughput;
-  float mis_pdf;      // solid-angle pdf with which the BSDF chose this ray; 0: emission found counts in full
-  vec3 mis_origin;    // where it was chosen
-  float min_pdf;      // smallest such pdf on the path (Filter Glossy)
-  uint pixel;         // index within the region, row by row from the bottom
+  float mis_pdf;    // solid-angle pdf with which the BSDF chose this ray; 0: emission found counts in full
+  vec3 mis_origin;  // where it was chosen
+  float min_pdf;    // smallest such pdf on the path (Filter Glossy)
+  uint pixel;       // index within the region, row by row from the bottom
   uint sample_index;
-  uint flags;         // HW_PATH_*
-  uint bounces;       // total | diffuse << 8 | glossy << 16 | transmission << 24
-  uint transparent;   // transparent bounces
-  uint seed;          // per-pixel hash for the sampler
+  uint flags;        // HW_PATH_*
+  uint bounces;      // total | diffuse << 8 | glossy << 16 | transmission << 24
+  uint transparent;  // transparent bounces
+  uint seed;         // per-pixel hash for the sampler
 };
 HW_CHECK_SIZE(PathState, 56)
 
 // Where a path stands, written by the surface stage; its closures lie at closures[path * HW_MAX_CLOSURES].
 struct SurfacePoint {
   vec3 position;
-  vec3 normal;            // geometric, unit, on the side of the viewer
-  vec3 shading_normal;    // interpolated, on the side of the viewer, before bump and normal maps
-  vec3 terminator_offset; // moves shadow rays off the facets of a smooth mesh (Cycles' geometry offset)
-  float terminator_cutoff; // cosine at the geometric normal below which it applies
+  vec3 normal;              // geometric, unit, on the side of the viewer
+  vec3 shading_normal;      // interpolated, on the side of the viewer, before bump and normal maps
+  vec3 terminator_offset;   // moves shadow rays off the facets of a smooth mesh (Cycles' geometry offset)
+  float terminator_cutoff;  // cosine at the geometric normal below which it applies
   uint closure_count;
-  uint flags;             // HW_SURFACE_* and HW_SHADE_*
+  uint flags;  // HW_SURFACE_* and HW_SHADE_*
 };
 HW_CHECK_SIZE(SurfacePoint, 60)
 HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
@@ -76,13 +76,13 @@ HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could
 
 // What a shadow ray carries: added to the path's result where it arrives.
 struct ShadowState {
-  vec3 radiance;      // throughput * f * cos * Le / pdf * MIS weight; without Le until light_program.comp has run
-  uint bounce;        // scatterings before the light, this one included
-  vec3 diffuse;       // share of radiance by lobe (first bounce), for the light passes
-  uint light;         // index, for lights whose emission is a program
+  vec3 radiance;  // throughput * f * cos * Le / pdf * MIS weight; without Le until light_program.comp has run
+  uint bounce;    // scatterings before the light, this one included
+  vec3 diffuse;   // share of radiance by lobe (first bounce), for the light passes
+  uint light;     // index, for lights whose emission is a program
   vec3 glossy;
-  uint transparent;   // transparent surfaces crossed so far
-  vec2 uv;            // where on a triangle light, barycentrics as in Hit
+  uint transparent;  // transparent surfaces crossed so far
+  vec2 uv;           // where on a triangle light, barycentrics as in Hit
 };
 HW_CHECK_SIZE(ShadowState, 56)
 
@@ -100,29 +100,29 @@ struct RayCounters {
 HW_CHECK_SIZE(RayCounters, 32)
 
 struct FrameParams {
-  uint64_t paths;         // PathState[]
-  uint64_t rays;          // Ray[]
-  uint64_t hits;          // Hit[]
-  uint64_t shadow_rays;   // Ray[]
-  uint64_t shadow_hits;   // uint[]: 1 = blocked
+  uint64_t paths;                // PathState[]
+  uint64_t rays;                 // Ray[]
+  uint64_t hits;                 // Hit[]
+  uint64_t shadow_rays;          // Ray[]
+  uint64_t shadow_hits;          // uint[]: 1 = blocked
   uint64_t shadow_surface_hits;  // Hit[]: the next transparent surface on a shadow ray
-  uint64_t shadows;       // ShadowState[]
-  uint64_t surfaces;      // SurfacePoint[]
-  uint64_t closures;      // Closure[path_capacity * HW_MAX_CLOSURES]
-  uint64_t splits;        // PathSplit[]
-  uint64_t results;       // float[path_capacity * film_stride]
-  uint64_t film;          // float[pixels of the region * film_stride], sums over samples
-  uint64_t counters;      // RayCounters
-  uint64_t hit_queues[2]; // sorted hits by shading class (HW_MAX_SHADING_CLASSES)
-  uint64_t program_queue; // light samples whose emission is a program
-  uint width, height;                  // full frame
+  uint64_t shadows;              // ShadowState[]
+  uint64_t surfaces;             // SurfacePoint[]
+  uint64_t closures;             // Closure[path_capacity * HW_MAX_CLOSURES]
+  uint64_t splits;               // PathSplit[]
+  uint64_t results;              // float[path_capacity * film_stride]
+  uint64_t film;                 // float[pixels of the region * film_stride], sums over samples
+  uint64_t counters;             // RayCounters
+  uint64_t hit_queues[2];        // sorted hits by shading class (HW_MAX_SHADING_CLASSES)
+  uint64_t program_queue;        // light samples whose emission is a program
+  uint width, height;            // full frame
   uint region_x, region_y, region_width, region_height;
-  uint first_pixel;       // this wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths
+  uint first_pixel;  // this wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths
   uint wave_pixels, wave_samples;
   uint first_sample;
   uint first_sample_of_render;  // passes that are not averaged are taken from this one
   uint seed;
-  uint passes;            // bits by HW_PASS_*
+  uint passes;  // bits by HW_PASS_*
   uint film_stride;
   uint pass_offset[22];
   uint max_bounces, max_diffuse, max_glossy, max_transmission, max_transparent, min_bounces;
@@ -130,14 +130,15 @@ struct FrameParams {
   float filter_glossy;                 // 1 / the setting; HW_INFINITY: off
   uint filter_type;                    // HW_FILTER_* (lib/filter.h)
   float filter_width;
-  uint caustics;                       // bit 0 reflective, bit 1 refractive
-  uint transparent_film;               // bit 0: on, bit 1: transparent glass
+  uint caustics;          // bit 0 reflective, bit 1 refractive
+  uint transparent_film;  // bit 0: on, bit 1: transparent glass
   float pass_alpha_threshold;
   float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
-  uint frame_flags;                    // HW_FRAME_*
+  uint frame_flags;                                    // HW_FRAME_*
 };
 HW_CHECK_SIZE(FrameParams, 344)
-HW_CONST uint HW_FRAME_BSDF_HITS_EMIT = 1u;     // something that emits can be hit by BSDF rays: trace them at the last bounce
+HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
+    1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 
 HW_NAMESPACE_END
 #endif

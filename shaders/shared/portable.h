@@ -5,7 +5,8 @@
 // Rules for such headers
 //  - structs hold only float, uint, int, uint64_t, vec2, vec3, vec4 and fixed arrays of them; they are read with
 //    layout(scalar), so that C++ and GLSL agree byte for byte; each has HW_CHECK_SIZE behind it;
-//  - functions are declared HW_FN and take HW_IN(T) (large structs) / HW_OUT(T) / HW_INOUT(T) parameters; constants are HW_CONST;
+//  - functions are declared HW_FN and take HW_IN(T) (large structs) / HW_OUT(T) / HW_INOUT(T) parameters; constants are
+//  HW_CONST;
 //  - no swizzle assignment, no implicit int-to-float conversion, no default arguments, `f`-suffix on float literals.
 #ifndef HW_PORTABLE_H
 #define HW_PORTABLE_H
@@ -16,28 +17,72 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-
 #include <glm/glm.hpp>
 
 namespace hw {
 using uint = std::uint32_t;
-using glm::vec2;
-using glm::vec3;
-using glm::vec4;
+using glm::abs;
+using glm::acos;
+using glm::all;
+using glm::asin;
+using glm::atan;
+using glm::ceil;
+using glm::clamp;
+using glm::cos;
+using glm::cross;
+using glm::distance;
+using glm::dot;
+using glm::exp;
+using glm::exp2;
+using glm::floor;
+using glm::fract;
+using glm::inversesqrt;
+using glm::isinf;
+using glm::isnan;
+using glm::ivec2;
+using glm::length;
+using glm::log;
+using glm::log2;
+using glm::mat3;
+using glm::max;
+using glm::min;
+using glm::mix;
+using glm::mod;
+using glm::normalize;
+using glm::pow;
+using glm::reflect;
+using glm::sign;
+using glm::sin;
+using glm::smoothstep;
+using glm::sqrt;
+using glm::step;
+using glm::tan;
 using glm::uvec2;
 using glm::uvec3;
 using glm::uvec4;
-using glm::ivec2;
-using glm::mat3;
-using glm::abs; using glm::acos; using glm::all; using glm::asin; using glm::atan; using glm::ceil; using glm::clamp;
-using glm::cos; using glm::cross; using glm::distance; using glm::dot; using glm::exp; using glm::exp2; using glm::floor;
-using glm::fract; using glm::inversesqrt; using glm::isinf; using glm::isnan; using glm::length; using glm::log;
-using glm::log2; using glm::max; using glm::min; using glm::mix; using glm::mod; using glm::normalize; using glm::pow;
-using glm::reflect; using glm::sign; using glm::sin; using glm::smoothstep; using glm::sqrt; using glm::step; using glm::tan;
-inline uint floatBitsToUint(float x) { uint u; std::memcpy(&u, &x, 4); return u; }
-inline float uintBitsToFloat(uint u) { float x; std::memcpy(&x, &u, 4); return x; }
-inline int floatBitsToInt(float x) { int u; std::memcpy(&u, &x, 4); return u; }
-inline float intBitsToFloat(int u) { float x; std::memcpy(&x, &u, 4); return x; }
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+inline uint floatBitsToUint(float x) {
+  uint u;
+  std::memcpy(&u, &x, 4);
+  return u;
+}
+inline float uintBitsToFloat(uint u) {
+  float x;
+  std::memcpy(&x, &u, 4);
+  return x;
+}
+inline int floatBitsToInt(float x) {
+  int u;
+  std::memcpy(&u, &x, 4);
+  return u;
+}
+inline float intBitsToFloat(int u) {
+  float x;
+  std::memcpy(&x, &u, 4);
+  return x;
+}
 }  // namespace hw
 
 #define HW_FN inline

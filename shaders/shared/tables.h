@@ -13,35 +13,35 @@ HW_CONST uint HW_DOMAIN_VERTEX = 0u;  // indexed by tri_vertices
 HW_CONST uint HW_DOMAIN_CORNER = 1u;  // indexed by tri_corners
 HW_CONST uint HW_DOMAIN_FACE = 2u;    // indexed by triangle
 struct Attribute {
-  uint64_t data;     // float[count * components]
-  uint name;         // hash of the attribute's name (hw::attribute_hash), 0 = unused entry
+  uint64_t data;  // float[count * components]
+  uint name;      // hash of the attribute's name (hw::attribute_hash), 0 = unused entry
   uint domain;
-  uint components;   // 1 to 4
+  uint components;  // 1 to 4
   uint pad;
 };
 HW_CHECK_SIZE(Attribute, 24)
 
 struct MeshRecord {
-  uint64_t positions;      // vec3[vertices], object space
-  uint64_t tri_vertices;   // uint[3 * triangles]
-  uint64_t tri_corners;    // uint[3 * triangles]; 0: same as tri_vertices
-  uint64_t normals;        // vec3[corners]; 0: flat shaded
-  uint64_t tri_slots;      // uint8 per triangle: material slot; 0: all slot 0
-  uint64_t motion;         // vec3[vertices]: last frame's positions; 0: did not deform
+  uint64_t positions;     // vec3[vertices], object space
+  uint64_t tri_vertices;  // uint[3 * triangles]
+  uint64_t tri_corners;   // uint[3 * triangles]; 0: same as tri_vertices
+  uint64_t normals;       // vec3[corners]; 0: flat shaded
+  uint64_t tri_slots;     // uint8 per triangle: material slot; 0: all slot 0
+  uint64_t motion;        // vec3[vertices]: last frame's positions; 0: did not deform
   uint vertex_count;
   uint triangle_count;
   uint attribute_count;
-  int default_uv;          // index of the active render UV map among attributes, -1 if none
+  int default_uv;  // index of the active render UV map among attributes, -1 if none
   Attribute attributes[8];
 };
 HW_CHECK_SIZE(MeshRecord, 256)
 
 struct InstanceRecord {
-  float object_to_world[12];       // row-major 3x4
+  float object_to_world[12];  // row-major 3x4
   float world_to_object[12];
   float previous_object_to_world[12];
   uint mesh;
-  uint slot_offset;                // into Root::slot_materials
+  uint slot_offset;  // into Root::slot_materials
   uint slot_count;
   uint mask;
   uint light_offset;               // first triangle light of this instance, HW_NONE when it has none
@@ -54,7 +54,7 @@ struct InstanceRecord {
   vec3 generated_scale;
 };
 HW_CHECK_SIZE(InstanceRecord, 216)
-HW_CONST uint HW_INSTANCE_MIRRORED = 1u;   // negative determinant
+HW_CONST uint HW_INSTANCE_MIRRORED = 1u;  // negative determinant
 HW_CONST uint HW_INSTANCE_HOLDOUT = 2u;
 HW_CONST uint HW_INSTANCE_SHADOW_CATCHER = 4u;
 // The shading class of the instance's object (core/scene/shading_classes.h), set by the tables: flags >> this, one bit.
@@ -62,19 +62,19 @@ HW_CONST uint HW_INSTANCE_CLASS_SHIFT = 8u;
 HW_CONST uint HW_MAX_SHADING_CLASSES = 2u;
 
 struct MaterialRecord {
-  uint program;        // first word in Root::programs
+  uint program;  // first word in Root::programs
   uint program_words;
-  uint constants;      // first vec4 in Root::constants
-  uint flags;          // HW_MATERIAL_*
-  vec3 emission;       // constant emission (radiance), when not HW_MATERIAL_EMISSION_SHADER
+  uint constants;  // first vec4 in Root::constants
+  uint flags;      // HW_MATERIAL_*
+  vec3 emission;   // constant emission (radiance), when not HW_MATERIAL_EMISSION_SHADER
   uint pass_index;
 };
 HW_CHECK_SIZE(MaterialRecord, 32)
-HW_CONST uint HW_MATERIAL_EMISSIVE = 1u;          // may emit: its triangles are lights
-HW_CONST uint HW_MATERIAL_EMISSION_SHADER = 2u;   // emission varies: evaluate the program at the light point
-HW_CONST uint HW_MATERIAL_TRANSPARENT = 4u;       // may let light straight through: shadow rays must ask the program
-HW_CONST uint HW_MATERIAL_NO_MIS = 8u;            // emission sampling off: found by BSDF rays only
-HW_CONST uint HW_MATERIAL_EMIT_FRONT = 16u;       // emission sampling "front" / "back" only
+HW_CONST uint HW_MATERIAL_EMISSIVE = 1u;         // may emit: its triangles are lights
+HW_CONST uint HW_MATERIAL_EMISSION_SHADER = 2u;  // emission varies: evaluate the program at the light point
+HW_CONST uint HW_MATERIAL_TRANSPARENT = 4u;      // may let light straight through: shadow rays must ask the program
+HW_CONST uint HW_MATERIAL_NO_MIS = 8u;           // emission sampling off: found by BSDF rays only
+HW_CONST uint HW_MATERIAL_EMIT_FRONT = 16u;      // emission sampling "front" / "back" only
 HW_CONST uint HW_MATERIAL_EMIT_BACK = 32u;
 HW_CONST uint HW_MATERIAL_BUMP_CORRECTION = 64u;  // softened bump terminator: sets HW_SHADE_BUMP_CORRECTION
 
@@ -83,19 +83,19 @@ HW_CONST uint HW_TEXEL_RGBA16F = 1u;
 HW_CONST uint HW_TEXEL_RGBA32F = 2u;
 HW_CONST uint HW_TEXEL_R8 = 3u;
 struct ImageRecord {
-  uint64_t texels;   // row 0 at the bottom (v = 0), as Blender stores them
-  uint width;        // 0: image missing, reads as magenta (1, 0, 1, 1)
+  uint64_t texels;  // row 0 at the bottom (v = 0), as Blender stores them
+  uint width;       // 0: image missing, reads as magenta (1, 0, 1, 1)
   uint height;
-  uint format;       // HW_TEXEL_*
-  uint flags;        // HW_IMAGE_*
+  uint format;  // HW_TEXEL_*
+  uint flags;   // HW_IMAGE_*
 };
 HW_CHECK_SIZE(ImageRecord, 24)
-HW_CONST uint HW_IMAGE_SRGB = 1u;          // decode sRGB to linear after fetch of each texel
-HW_CONST uint HW_IMAGE_PREMULTIPLIED = 2u; // RGB already multiplied by alpha
+HW_CONST uint HW_IMAGE_SRGB = 1u;           // decode sRGB to linear after fetch of each texel
+HW_CONST uint HW_IMAGE_PREMULTIPLIED = 2u;  // RGB already multiplied by alpha
 
 HW_CONST uint HW_CAMERA_PERSPECTIVE = 0u;
 HW_CONST uint HW_CAMERA_ORTHOGRAPHIC = 1u;
-HW_CONST uint HW_CAMERA_PANORAMIC = 2u;    // equirectangular full sphere
+HW_CONST uint HW_CAMERA_PANORAMIC = 2u;  // equirectangular full sphere
 // The picture plane is described in camera space (x right, y up, looking along -z) by the rectangle that the full
 // frame covers: at distance 1 for perspective, in metres for orthographic. Shift and sensor fit are already in it.
 struct CameraRecord {
@@ -104,12 +104,12 @@ struct CameraRecord {
   float left, right, bottom, top;
   float previous_left, previous_right, previous_bottom, previous_top;
   uint type;
-  float clip_start, clip_end;    // along the viewing direction (planes), metres
-  float aperture_radius;         // 0: pinhole
+  float clip_start, clip_end;  // along the viewing direction (planes), metres
+  float aperture_radius;       // 0: pinhole
   float focus_distance;
-  uint aperture_blades;          // < 3: round
+  uint aperture_blades;  // < 3: round
   float aperture_rotation;
-  float aperture_ratio;          // Cycles' anamorphic ratio, 1 = round
+  float aperture_ratio;  // Cycles' anamorphic ratio, 1 = round
 };
 HW_CHECK_SIZE(CameraRecord, 160)
 
@@ -128,12 +128,12 @@ struct Root {
   CameraRecord camera;
   uint mesh_count, instance_count, material_count, image_count;
   uint light_count, lamp_count;
-  uint world_light;         // index of the world among lights, HW_NONE if it does not emit
-  uint world_material;      // material index whose program gives the background, HW_NONE: constant colour
-  vec3 world_color;         // constant background radiance when world_material is HW_NONE
-  uint sun_offset;          // suns are lamps [sun_offset, sun_offset + sun_count): tested on a miss
+  uint world_light;     // index of the world among lights, HW_NONE if it does not emit
+  uint world_material;  // material index whose program gives the background, HW_NONE: constant colour
+  vec3 world_color;     // constant background radiance when world_material is HW_NONE
+  uint sun_offset;      // suns are lamps [sun_offset, sun_offset + sun_count): tested on a miss
   uint sun_count;
-  uint world_flags;         // HW_LIGHT_CAMERA etc.: which rays see the world
+  uint world_flags;  // HW_LIGHT_CAMERA etc.: which rays see the world
 };
 
 HW_NAMESPACE_END
