@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 #include "session/session.h"
@@ -84,8 +85,8 @@ std::shared_ptr<Scene> plane_scene(float albedo) {
   return scene;
 }
 
-std::vector<float> render(const std::shared_ptr<Scene>& scene, RenderSettings s) {
-  auto context = shared_context();
+std::vector<float> render(const std::shared_ptr<Scene>& scene, RenderSettings s,
+                          std::shared_ptr<Context> context = shared_context()) {
   Session session(context, scene);
   session.sync();
   if (s.width == 0) s.width = s.height = 16;
@@ -232,4 +233,37 @@ TEST_CASE("the picture does not depend on waves or threads") {
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 20; ++x)
       for (int c = 0; c < 4; ++c) REQUIRE(part[(y * 20 + x) * 4 + c] == whole[((y + 5) * 50 + x + 10) * 4 + c]);
+}
+
+// Staging, readback and a host Tracer that copies, as a GPU would have them; and the picture stays the same to the bit.
+TEST_CASE("a device with memory of its own renders the same picture") {
+  auto scene = plane_scene(0.8f);
+  LightData lamp;
+  lamp.name = "lamp";
+  lamp.power = 50;
+  lamp.radius = 0.3f;
+  lamp.object_to_world = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 1.5f};
+  scene->upsert_light(1, lamp);
+  WorldData world;
+  world.color = {0.2f, 0.3f, 0.4f};
+  scene->set_world(world);
+  RenderSettings s;
+  s.width = 40, s.height = 30;
+  s.samples = 5;
+  s.max_bounces = 3;
+  for (const char* tracer : {"embree", "ray_query"}) {
+    std::shared_ptr<Context> shared;
+    try {
+      shared = make_context("", tracer, 0, true);
+    } catch (const DeviceError& e) {
+      MESSAGE(tracer << " left out: " << e.what());
+      continue;
+    }
+    const auto expected = render(scene, s, shared);
+    setenv("HEADWATER_OWN_MEMORY", "1", 1);
+    auto own = make_context("", tracer, 0, true);
+    unsetenv("HEADWATER_OWN_MEMORY");
+    REQUIRE(!own->device->shared_memory());
+    CHECK(render(scene, s, own) == expected);
+  }
 }
