@@ -31,6 +31,7 @@ def compare(samples, tiles=4, change=lambda engine: None, seeds={seeds}):
 """
 
 
+@pytest.mark.slow
 def test_small_scenes(tmp_path):
     code = (
         COMPARE

@@ -40,6 +40,7 @@ def test_values_are_those_of_cycles(board):
     assert not bad
 
 
+@pytest.mark.slow
 def test_inputs_are_those_of_cycles(tmp_path):
     facts = run(
         """
