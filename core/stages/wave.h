@@ -26,7 +26,6 @@ class Wave {
   // Parameters of the coming wave; write_params() puts them where the stages read them.
   FrameParams& params() { return params_; }
   void write_params(Device& device);
-  std::uint64_t params_address() const { return frame->address(); }
   RayCounters counters(Device& device) const;
   void reset_counters(Device& device);
   std::uint32_t layout_mask() const { return layout_mask_; }

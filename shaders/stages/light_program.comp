@@ -8,6 +8,7 @@
 #include "lib/background.glsl"
 #include "lib/geometry.glsl"
 #include "lib/material_vm.glsl"
+#include "lib/surface_inputs.glsl"
 #include "lib/wave.glsl"
 layout(local_size_x = 64) in;
 
@@ -20,25 +21,9 @@ vec3 triangle_emission(LightRecord light, vec2 uv, Ray ray, uint bounces, uint t
   hit.instance = light.instance;
   hit.primitive = light.primitive;
   SurfaceGeometry g = surface_geometry(hit, true);
-  bool backfacing = dot(g.Ng, ray.direction) > 0.0;
-  MaterialInputs inputs;
-  inputs.P = g.P;
-  inputs.N = backfacing ? -g.N : g.N;
-  inputs.Ng = backfacing ? -g.Ng : g.Ng;
-  inputs.wo = -ray.direction;
-  inputs.uv = vec3(g.uv, 0.0);
-  inputs.bary_u = hit.u;
-  inputs.bary_v = hit.v;
-  inputs.instance = hit.instance;
-  inputs.primitive = hit.primitive;
-  inputs.material = light.material;
   // Seen as a shadow ray's end, as Cycles evaluates emission for light samples.
-  inputs.ray_flags = HW_PATH_SHADOW;
-  inputs.bounces = bounces;
-  inputs.transparent = transparent;
-  inputs.ray_length = ray.tmax;
-  inputs.footprint = 0.0;
-  inputs.shade_flags = backfacing ? HW_SHADE_BACKFACING : 0u;
+  MaterialInputs inputs = surface_inputs(hit, g, -ray.direction, HW_PATH_SHADOW, bounces, transparent);
+  inputs.material = light.material;
   return material_emission(inputs);
 }
 

@@ -6,6 +6,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "lib/geometry.glsl"
 #include "lib/material_vm.glsl"
+#include "lib/surface_inputs.glsl"
 #include "lib/wave.glsl"
 layout(local_size_x = 64) in;
 
@@ -24,23 +25,7 @@ void main() {
   SurfaceGeometry g = surface_geometry(hit, true);
   bool backfacing = dot(g.Ng, ray.direction) > 0.0;
   PathState state = PathArray(HW_FRAME.paths).at[path];
-  MaterialInputs inputs;
-  inputs.P = g.P;
-  inputs.N = backfacing ? -g.N : g.N;
-  inputs.Ng = backfacing ? -g.Ng : g.Ng;
-  inputs.wo = -ray.direction;
-  inputs.uv = vec3(g.uv, 0.0);
-  inputs.bary_u = hit.u;
-  inputs.bary_v = hit.v;
-  inputs.instance = hit.instance;
-  inputs.primitive = hit.primitive;
-  inputs.material = g.material;
-  inputs.ray_flags = HW_PATH_SHADOW;
-  inputs.bounces = state.bounces;
-  inputs.transparent = s.transparent;
-  inputs.ray_length = hit.t;
-  inputs.footprint = 0.0;
-  inputs.shade_flags = backfacing ? HW_SHADE_BACKFACING : 0u;
+  MaterialInputs inputs = surface_inputs(hit, g, -ray.direction, HW_PATH_SHADOW, state.bounces, s.transparent);
   vec3 through = material_transparency(inputs);
   if (!(through.x + through.y + through.z > 0.0)) return;
   ShadowArray(HW_FRAME.shadows).at[path].radiance = s.radiance * through;

@@ -10,6 +10,7 @@
 #include "lib/material_vm.glsl"
 #include "lib/passes.glsl"
 #include "lib/sampler.h"
+#include "lib/surface_inputs.glsl"
 #include "lib/wave.glsl"
 layout(local_size_x = 64) in;
 
@@ -32,27 +33,13 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   vec3 N = backfacing ? -g.N : g.N;
   bool first = (state.flags & HW_PATH_FIRST_DONE) == 0u;
 
-  MaterialInputs inputs;
-  inputs.P = g.P;
-  inputs.N = N;
-  inputs.Ng = Ng;
-  inputs.wo = wo;
-  inputs.uv = vec3(g.uv, 0.0);
-  inputs.bary_u = hit.u;
-  inputs.bary_v = hit.v;
-  inputs.instance = hit.instance;
-  inputs.primitive = hit.primitive;
-  inputs.material = g.material;
-  inputs.ray_flags = state.flags & HW_PATH_RAY_TYPES;
-  inputs.bounces = state.bounces;
-  inputs.transparent = state.transparent;
-  inputs.ray_length = hit.t;
+  MaterialInputs inputs = surface_inputs(hit, g, wo, state.flags & HW_PATH_RAY_TYPES, state.bounces, state.transparent);
   CameraRecord camera = HW_ROOT.camera;
   float across = (camera.right - camera.left) / float(HW_FRAME.width);
   inputs.footprint = camera.type == HW_CAMERA_PERSPECTIVE ? across * distance(g.P, camera_position(camera)) : across;
   uint material_flags = MaterialTable(HW_ROOT.materials).at[g.material].flags;
   bool behind_diffuse = (state.flags & HW_PATH_DIFFUSE) != 0u;
-  inputs.shade_flags = (backfacing ? HW_SHADE_BACKFACING : 0u) |
+  inputs.shade_flags = inputs.shade_flags |
                        ((material_flags & HW_MATERIAL_BUMP_CORRECTION) != 0u ? HW_SHADE_BUMP_CORRECTION : 0u) |
                        (behind_diffuse && (HW_FRAME.caustics & 1u) == 0u ? HW_SHADE_NO_REFLECTIVE_CAUSTICS : 0u) |
                        (behind_diffuse && (HW_FRAME.caustics & 2u) == 0u ? HW_SHADE_NO_REFRACTIVE_CAUSTICS : 0u);
