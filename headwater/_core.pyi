@@ -347,6 +347,16 @@ def all_passes() -> list[tuple[str, int]]:
 def integrators() -> list[str]:
     """Names of the integrators."""
 
+def integrator_table() -> list[dict]:
+    """
+    Every integrator: name, label, description, and parameters with their defaults (those it reads).
+    """
+
+def reservoir_bytes(settings: dict) -> int:
+    """
+    Bytes that the reservoirs of these settings take (a dictionary as for Session.start). ValueError as there.
+    """
+
 def tracer_benchmark(
     triangles: int, rays: int, repeats: int, device: str = "", tracer: str = "auto", threads: int = 0
 ) -> list:

@@ -2,20 +2,19 @@
 // Registry of integrators by name.
 #include "integrators/integrator.h"
 
-#include <stdexcept>
-
 #include "integrators/path.h"
 #include "session/session.h"
 
 namespace hw {
 
-std::vector<std::string> integrator_names() { return {"path"}; }
+std::vector<std::string> integrator_names() {
+  std::vector<std::string> names;
+  for (const IntegratorInfo& info : integrator_table()) names.push_back(info.name);
+  return names;
+}
 
-std::unique_ptr<Integrator> make_integrator(const std::string& name, const IntegratorContext& context) {
-  if (name == "path") return std::make_unique<PathIntegrator>(context);
-  std::string known;
-  for (const std::string& n : integrator_names()) known += (known.empty() ? "" : ", ") + n;
-  throw std::invalid_argument("there is no integrator named '" + name + "'; the integrators are " + known);
+std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
+  return std::make_unique<PathIntegrator>(context);
 }
 
 }  // namespace hw

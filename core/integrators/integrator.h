@@ -42,6 +42,6 @@ class Integrator {
   virtual bool render(Commands& commands) = 0;
 };
 
-std::unique_ptr<Integrator> make_integrator(const std::string& name, const IntegratorContext& context);
+std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context);
 
 }  // namespace hw

@@ -34,6 +34,46 @@ nb::dict device_dict(const DeviceInfo& info) {
   return d;
 }
 
+nb::dict reuse_dict(const ReuseParams& p) {
+  const char* weights[] = {"1/M", "1/Z", "mis"};
+  nb::dict d;
+  d["candidates"] = p.candidates;
+  d["indirect_candidates"] = p.indirect_candidates;
+  d["neighbours"] = p.neighbours;
+  d["reuse_radius"] = p.reuse_radius;
+  d["ascension"] = p.ascension;
+  d["grid_radius"] = p.grid_radius;
+  d["grid_resolution"] = p.grid_resolution;
+  d["grid_extent"] = p.grid_extent;
+  d["cell_inputs"] = p.cell_inputs;
+  d["points_per_leaf"] = p.points_per_leaf;
+  d["reservoirs_per_cell"] = p.reservoirs_per_cell;
+  d["history"] = p.history;
+  d["temporal_reuse"] = p.temporal_reuse;
+  d["spatial_reuse"] = p.spatial_reuse;
+  d["visibility_reuse"] = p.visibility_reuse;
+  d["reuse_weights"] = weights[std::uint32_t(p.weights)];
+  d["grid_follow"] = p.grid_rides ? "camera" : "world";
+  d["empty_cells"] = p.black_where_empty ? "black" : "canonical";
+  return d;
+}
+
+nb::list integrator_dicts() {
+  nb::list out;
+  for (const IntegratorInfo& info : integrator_table()) {
+    const nb::dict all = reuse_dict(info.defaults);
+    nb::dict defaults;
+    for (const std::string& name : info.parameters) defaults[name.c_str()] = all[name.c_str()];
+    nb::dict d;
+    d["name"] = info.name;
+    d["label"] = info.label;
+    d["description"] = info.description;
+    d["parameters"] = defaults;
+    out.append(d);
+  }
+  return out;
+}
+
 nb::list devices() {
   std::vector<DeviceInfo> found;
   {
@@ -200,6 +240,16 @@ void bind_session(nb::module_& m) {
         "Empty when there is no Vulkan loader or driver; Context then says why.");
   m.def("all_passes", &all_passes, "[(name, channels)] of every pass that can be asked for, by Cycles' names.");
   m.def("integrators", &integrator_names, "Names of the integrators.");
+  m.def("integrator_table", &integrator_dicts,
+        "Every integrator: name, label, description, and parameters with their defaults (those it reads).");
+  m.def(
+      "reservoir_bytes",
+      [](const nb::dict& given) {
+        const RenderSettings s = take_settings(given);
+        return reservoir_bytes(s.integrator, resolve_reuse(s), s.width, s.height);
+      },
+      "settings"_a,
+      "Bytes that the reservoirs of these settings take (a dictionary as for Session.start). ValueError as there.");
 }
 
 }  // namespace hw::python

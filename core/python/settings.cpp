@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace hw::python {
@@ -94,6 +95,16 @@ void take(const std::string& key, nb::handle value, std::vector<std::string>& ou
   for (nb::handle item : items) take(key, item, out.emplace_back());
 }
 
+// None: the integrator's own default.
+template <class T>
+void take(const std::string& key, nb::handle value, std::optional<T>& out) {
+  out.reset();
+  if (value.is_none()) return;
+  T given{};
+  take(key, value, given);
+  out = given;
+}
+
 using Setter = std::function<void(RenderSettings&, const std::string&, nb::handle)>;
 
 const std::map<std::string, Setter>& setters() {
@@ -113,6 +124,14 @@ const std::map<std::string, Setter>& setters() {
         HW_SETTING(mist_falloff);
     HW_SETTING(pass_alpha_threshold), HW_SETTING(tile_pixels), HW_SETTING(passes);
 #undef HW_SETTING
+#define HW_REUSE(name) \
+  t[#name] = [](RenderSettings& s, const std::string& key, nb::handle value) { take(key, value, s.reuse.name); }
+    HW_REUSE(estimator), HW_REUSE(candidates), HW_REUSE(indirect_candidates), HW_REUSE(neighbours);
+    HW_REUSE(reuse_radius), HW_REUSE(ascension), HW_REUSE(grid_radius), HW_REUSE(grid_resolution);
+    HW_REUSE(grid_extent), HW_REUSE(cell_inputs), HW_REUSE(points_per_leaf), HW_REUSE(reservoirs_per_cell);
+    HW_REUSE(history), HW_REUSE(temporal_reuse), HW_REUSE(spatial_reuse), HW_REUSE(visibility_reuse);
+    HW_REUSE(reuse_weights), HW_REUSE(grid_follow), HW_REUSE(empty_cells);
+#undef HW_REUSE
     t["mist"] = [](RenderSettings& s, const std::string& key, nb::handle value) {
       const nb::object items = sequence(key, value, "(start, depth, falloff)");
       if (nb::len(items) != 3) throw nb::value_error("setting \"mist\" must be (start, depth, falloff)");

@@ -93,7 +93,7 @@ void RenderLoop::run() {
 
   on_stage("loading kernels");
   auto integrator = make_integrator(
-      settings_.integrator, {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
+      {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
                              (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_});
   const Kernel& accumulate = context_.kernels->get("accumulate", constants);
 

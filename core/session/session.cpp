@@ -166,12 +166,7 @@ void Session::start(const RenderSettings& asked) {
         "the device does not hold this scene: sync it again (its last sync failed, or another session used "
         "the device since)");
   const FilmLayout layout = film_layout(s.passes);
-  const auto names = integrator_names();
-  if (std::find(names.begin(), names.end(), s.integrator) == names.end()) {
-    std::string known;
-    for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
-    throw std::invalid_argument("there is no integrator named '" + s.integrator + "'; the integrators are " + known);
-  }
+  resolve_reuse(s);  // refuses what the integrator does not have
   const void* nobody = nullptr;
   if (!d.context->renders_for.compare_exchange_strong(nobody, &d))
     throw std::logic_error("another session is rendering on this device: wait until it has finished");

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "session/reuse_settings.h"
+
 namespace hw {
 
 struct RenderSettings {
@@ -35,6 +37,7 @@ struct RenderSettings {
   float pass_alpha_threshold = 0.5f;
   std::uint32_t tile_pixels = 0;  // 0 = chosen by memory; the image does not depend on it
   std::vector<std::string> passes{"Combined"};
+  ReuseSettings reuse;  // of reservoir integrators
 };
 
 }  // namespace hw

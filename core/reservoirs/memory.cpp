@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory of the reservoirs of each integrator, as reservoirs/*.cpp allocate them: for panels and statistics.
+#include <algorithm>
+#include <bit>
+
+#include "session/reuse_settings.h"
+#include "shared/reuse.h"
+
+namespace hw {
+
+std::uint64_t reservoir_bytes(const std::string& integrator, const ReuseParams& p, std::uint32_t width,
+                              std::uint32_t height) {
+  const std::uint64_t pixels = std::uint64_t(width) * height;
+  if (integrator.starts_with("restir")) return pixels * 2 * (sizeof(Reservoir) + sizeof(ReuseSurface));
+  if (integrator == "wssr-kd") {
+    const std::uint64_t leaves =
+        std::bit_ceil(std::max<std::uint64_t>((pixels + p.points_per_leaf - 1) / p.points_per_leaf, 1));
+    return (leaves - 1) * 4 + leaves * p.reservoirs_per_cell * sizeof(ReuseCell);
+  }
+  if (integrator.starts_with("wssr-grid")) {
+    const std::uint64_t n = p.grid_resolution;
+    return n * n * n * p.reservoirs_per_cell * sizeof(ReuseCell);
+  }
+  return 0;
+}
+
+}  // namespace hw
