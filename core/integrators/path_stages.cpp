@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels, queues and dispatches of the shared stages.
+#include "integrators/path_stages.h"
+
+#include <utility>
+
+#include "shared/features.h"
+#include "shared/material_program.h"
+
+namespace hw {
+
+namespace {
+
+// A device with its own memory is asked whether paths are left only this often: each question is a wait.
+constexpr int kDeviceStride = 8;
+
+// Kernels with parts that few scenes need come in two variants; see the top of material_vm.glsl.
+const Kernel& variant(const IntegratorContext& context, const char* plain, const char* full, std::uint32_t needs,
+                      const SpecConstants& constants) {
+  return context.kernels.get((features_of(constants) & needs) ? full : plain, constants);
+}
+constexpr std::uint32_t kPrograms = HW_FEATURE_WORLD_PROGRAM | HW_FEATURE_EMISSION_PROGRAM;
+constexpr std::uint32_t kProcedural = (HW_VM_NOISE | HW_VM_VORONOI | HW_VM_PATTERN) << HW_FEATURE_VM_SHIFT;
+
+}  // namespace
+
+PathStages::PathStages(const IntegratorContext& context, bool reuse)
+    : context_(context),
+      camera_(context.kernels.get("camera", context.constants)),
+      sort_(context.kernels.get("sort_hits", context.constants)),
+      escaped_(variant(context, "escaped", "escaped_programs", HW_FEATURE_WORLD_PROGRAM, context.constants)),
+      resolve_(context.kernels.get("resolve", context.constants)),
+      prepare_(context.kernels.get("queue_prepare")) {
+  for (const SpecConstants& constants : context.class_constants) {
+    surface_.push_back(&variant(context, "surface", "surface_procedural", kProcedural, constants));
+    shade_.push_back(&context.kernels.get(reuse ? "shade_reservoir" : "shade", constants));
+  }
+  if (features_of(context.constants) & kPrograms)
+    light_program_ = &context.kernels.get("light_program", context.constants);
+  if (context.transparent_shadows) {
+    shadow_begin_ = &context.kernels.get("shadow_begin", context.constants);
+    shadow_surface_ = &variant(context, "shadow_surface", "shadow_surface_procedural", kProcedural, context.constants);
+  }
+}
+
+void PathStages::prepare(Commands& commands, Queue* queue, RayKind kind, Queue* clear, Queue* clear2) {
+  Push push{.queue = queue ? queue->address() : 0,
+            .out_queue = clear ? clear->address() : 0,
+            .out_queue2 = clear2 ? clear2->address() : 0,
+            .a = std::uint32_t(kind)};
+  commands.dispatch(prepare_, push.bytes(), 1);
+}
+
+void PathStages::dispatch(Commands& commands, const Kernel& kernel, Queue& queue, Push push) {
+  push.queue = queue.address();
+  commands.dispatch_indirect(kernel, push.bytes(), queue.buffer);
+}
+
+std::uint32_t PathStages::count(Commands& commands, Queue& queue) {
+  commands.flush();
+  QueueHeader header{};
+  context_.device.read(queue.buffer, 0, std::as_writable_bytes(std::span(&header, 1)));
+  return header.count;
+}
+
+void PathStages::camera(Commands& commands) {
+  Wave& w = context_.wave;
+  const std::uint32_t paths = w.params().wave_pixels * w.params().wave_samples;
+  commands.begin_stage("camera");
+  for (auto& queue : w.hit_queues) prepare(commands, nullptr, RayKind::kNone, queue.get());
+  prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
+  const Push push{.out_queue = w.active->address()};
+  commands.dispatch(camera_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  prepare(commands, w.active.get(), RayKind::kCamera, w.next.get());
+  context_.tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
+}
+
+void PathStages::sort_hits(Commands& commands) {
+  Wave& w = context_.wave;
+  commands.begin_stage("sort hits");
+  dispatch(commands, sort_, *w.active, {.out_queue = w.escaped_queue->address()});
+  prepare(commands, w.escaped_queue.get(), RayKind::kNone, w.program_queue.get());
+  commands.begin_stage("escaped");
+  dispatch(commands, escaped_, *w.escaped_queue, {.out_queue2 = w.next->address()});
+}
+
+void PathStages::surface(Commands& commands, std::size_t c) {
+  Wave& w = context_.wave;
+  Queue &hits = *w.hit_queues[c], &surfaces = *w.surface_queues[c];
+  commands.begin_stage("surface");
+  prepare(commands, &hits, RayKind::kNone, &surfaces);
+  dispatch(commands, *surface_[c], hits, {.out_queue = surfaces.address()});
+  prepare(commands, &surfaces, RayKind::kNone, nullptr);
+}
+
+void PathStages::shade(Commands& commands, std::size_t c) {
+  Wave& w = context_.wave;
+  commands.begin_stage("shade");
+  dispatch(commands, *shade_[c], surfaces(c),
+           {.out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address()});
+}
+
+bool PathStages::light(Commands& commands) {
+  Wave& w = context_.wave;
+  if (light_program_) {
+    commands.begin_stage("light program");
+    prepare(commands, w.program_queue.get(), RayKind::kNone, nullptr);
+    dispatch(commands, *light_program_, *w.program_queue);
+  }
+  prepare(commands, w.shadow_queue.get(), RayKind::kShadow, w.active.get());
+  prepare(commands, w.next.get(), RayKind::kIndirect, nullptr);
+  context_.tracer.any(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_hits.get(), w.capacity()});
+  context_.tracer.closest(commands, {&w.next->buffer, w.rays.get(), w.hits.get(), w.capacity()});
+  // Shadow results are taken while the queue still lists every shadow ray of this step.
+  commands.begin_stage("resolve");
+  // The transparent rounds shrink the queue: what arrived is added when a ray leaves it (shadow_surface.comp).
+  if (shadow_surface_) return trace_transparent_shadows(commands);
+  dispatch(commands, resolve_, *w.shadow_queue);
+  return true;
+}
+
+bool PathStages::advance(Commands& commands, int step) {
+  Wave& w = context_.wave;
+  for (auto& queue : w.hit_queues) prepare(commands, nullptr, RayKind::kNone, queue.get());
+  prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
+  std::swap(w.active, w.next);
+  const bool ask = context_.device.shared_memory() || step % kDeviceStride == kDeviceStride - 1;
+  return !(ask && count(commands, *w.active) == 0);
+}
+
+// Follows shadow rays that no opaque surface stops through transparent ones, one surface a round.
+bool PathStages::trace_transparent_shadows(Commands& commands) {
+  Wave& w = context_.wave;
+  prepare(commands, nullptr, RayKind::kNone, w.shadow_next.get());
+  dispatch(commands, *shadow_begin_, *w.shadow_queue, {.out_queue = w.shadow_next->address()});
+  prepare(commands, w.shadow_next.get(), RayKind::kTransparentShadow, w.shadow_queue.get());
+  std::swap(w.shadow_queue, w.shadow_next);
+  const std::uint32_t rounds = context_.settings.transparent_bounces + 1;
+  for (std::uint32_t round = 0; round <= rounds; ++round) {
+    context_.tracer.closest(commands,
+                            {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
+    commands.begin_stage("shadow surface");
+    dispatch(commands, *shadow_surface_, *w.shadow_queue, {.out_queue = w.shadow_next->address()});
+    prepare(commands, w.shadow_next.get(), RayKind::kTransparentShadow, w.shadow_queue.get());
+    std::swap(w.shadow_queue, w.shadow_next);
+    const bool ask = context_.device.shared_memory() || round % kDeviceStride == kDeviceStride - 1;
+    if (ask && count(commands, *w.shadow_queue) == 0) break;
+    if (context_.cancelled) return false;
+  }
+  return true;
+}
+
+}  // namespace hw

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The wavefront stages that every integrator of light paths shares, each with its queues: camera, sorting of hits, what
+// escaped, surfaces, shading, shadow rays. Follows Laine, Karras and Aila 2013.
+// An integrator calls them in its own order and puts its own stages between surface() and shade().
+#pragma once
+
+#include "integrators/integrator.h"
+
+namespace hw {
+
+// What queue_prepare.comp does with a queue's count.
+enum class RayKind : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kTransparentShadow = 3, kNone = 4 };
+
+class PathStages {
+ public:
+  // `reuse`: shading takes light samples from reservoirs (shade's variant `shade_reservoir`).
+  PathStages(const IntegratorContext& context, bool reuse);
+
+  // Starts the wave's paths, traces their camera rays.
+  void camera(Commands& commands);
+  // Sends hits to the queues of their shading classes, and shades what hit nothing or a lamp.
+  void sort_hits(Commands& commands);
+  std::size_t classes() const { return surface_.size(); }
+  // Hits of a class become surfaces: material programs run, emission is taken.
+  void surface(Commands& commands, std::size_t shading_class);
+  Queue& surfaces(std::size_t shading_class) { return *context_.wave.surface_queues[shading_class]; }
+  // Light sample and BSDF sample of every surface of a class.
+  void shade(Commands& commands, std::size_t shading_class);
+  // Traces shadow rays and next rays, adds the light that arrived. False: cancelled.
+  bool light(Commands& commands);
+  // Makes the next rays the current ones. False: no path is left (`step` counts calls of a wave from 0).
+  bool advance(Commands& commands, int step);
+
+  // Turns a queue's count into dispatch arguments and a ray counter, and empties the queues that are filled next.
+  void prepare(Commands& commands, Queue* queue, RayKind kind, Queue* clear, Queue* clear2 = nullptr);
+  // One thread for each path of the queue.
+  void dispatch(Commands& commands, const Kernel& kernel, Queue& queue, Push push = {});
+
+ private:
+  bool trace_transparent_shadows(Commands& commands);
+  std::uint32_t count(Commands& commands, Queue& queue);
+
+  IntegratorContext context_;
+  const Kernel& camera_;
+  const Kernel& sort_;
+  const Kernel& escaped_;
+  const Kernel& resolve_;
+  const Kernel& prepare_;
+  std::vector<const Kernel*> surface_, shade_;  // by class
+  const Kernel* light_program_ = nullptr;       // only where lights' emission is a program
+  const Kernel* shadow_begin_ = nullptr;        // these two only in scenes that let shadow rays through
+  const Kernel* shadow_surface_ = nullptr;
+};
+
+}  // namespace hw
