@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // An integrator is an ordered list of wavefront stages over one wave of paths. A new one adds a file and a line in the
 // registry (integrator.cpp).
+//
+// A pass is one sample of every pixel, in one or more waves. Reservoir integrators read what the last pass left and write
+// for the next, so that waves of a pass may come in any order.
 #pragma once
 
 #include <atomic>
@@ -10,6 +13,7 @@
 #include <vector>
 
 #include "gpu/device.h"
+#include "reservoirs/reservoir_store.h"
 #include "session/settings.h"
 #include "stages/stage.h"
 #include "stages/wave.h"
@@ -28,6 +32,10 @@ struct IntegratorContext {
   bool transparent_shadows;                    // some material lets shadow rays through
   RenderSettings settings;
   const std::atomic<bool>& cancelled;
+  ReservoirStore& reservoirs;    // kept over frames
+  std::uint32_t light_count;     // in the light table
+  float light_power;             // estimate of all they send out [W]
+  std::uint32_t width, height;   // of the region that is rendered, pixels
 };
 
 // The value of constant 0, the features.
@@ -40,8 +48,20 @@ class Integrator {
   virtual ~Integrator() = default;
   // Renders the wave that wave.params() describes, up to its results. False: cancelled on the way, results unusable.
   virtual bool render(Commands& commands) = 0;
+
+  // Whether a wave may hold several samples of a pixel. Not where one sample reads what the last one left.
+  virtual bool samples_are_independent() const { return true; }
+  // Before the waves of a render: brings what is kept from the last frame to this one.
+  virtual void begin_frame(Commands&) {}
+  // Passes over the picture that must come before the first sample: they leave reservoirs, no light.
+  virtual int preparations() const { return 0; }
+  virtual bool prepare(Commands&, int /*preparation*/) { return true; }  // one wave; false: cancelled
+  // Around the waves of a pass, or of a preparation (then `preparation` is its number, else -1).
+  virtual void begin_pass(Commands&) {}
+  virtual void end_pass(Commands&, int /*preparation*/) {}
 };
 
+// By settings.integrator. Where reuse can't pay, with next to no lights, that is `path`, whatever the name.
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context);
 
 }  // namespace hw

@@ -72,6 +72,8 @@ class Tables {
   const Buffer& root_buffer();
   const Root& root() const { return root_; }
   const TableTotals& totals() const { return totals_; }
+  // Estimate of the flux of all lights together [W]: twice the emission gives twice of it.
+  float light_power() const { return lights_->table.total_weight; }
   // HW_FEATURE_* that the world's program needs; 0 for a constant world.
   std::uint32_t world_features() const {
     return root_.world_material == HW_NONE ? 0 : material_features_[root_.world_material];

@@ -41,8 +41,14 @@ bool bsdf_hits_emit(const Tables& tables) {
 }  // namespace
 
 RenderLoop::RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave,
-                       const RenderSettings& settings, const std::atomic<bool>& cancelled)
-    : context_(context), tables_(tables), film_(film), wave_(wave), settings_(settings), cancelled_(cancelled) {}
+                       ReservoirStore& reservoirs, const RenderSettings& settings, const std::atomic<bool>& cancelled)
+    : context_(context),
+      tables_(tables),
+      film_(film),
+      wave_(wave),
+      reservoirs_(reservoirs),
+      settings_(settings),
+      cancelled_(cancelled) {}
 
 void RenderLoop::choose_wave() {
   Device& device = *context_.device;
@@ -92,40 +98,65 @@ void RenderLoop::run() {
   wave.reset_counters(device);
 
   on_stage("loading kernels");
-  auto integrator = make_integrator(
-      {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
-                             (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_});
-  const Kernel& accumulate = context_.kernels->get("accumulate", constants);
+  auto integrator = make_integrator({device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
+                                     (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_,
+                                     cancelled_, reservoirs_, tables_.root().light_count, tables_.light_power(),
+                                     film_.width(), film_.height()});
+  accumulate_ = &context_.kernels->get("accumulate", constants);
+  integrator->begin_frame(commands);
 
-  const std::uint32_t pixels = film_.width() * film_.height();
   SampleCounts counts;
+  for (int preparation = 0, all = integrator->preparations(); preparation < all; ++preparation) {
+    on_stage("preparing reservoirs");
+    if (!pass(commands, *integrator, 1, preparation, counts)) return;
+  }
+  const std::uint32_t pixels = film_.width() * film_.height();
+  const bool independent = integrator->samples_are_independent();
   while (counts.samples < settings_.samples) {
-    const std::uint32_t per_wave = std::clamp(wave.capacity() / pixels, 1u, settings_.samples - counts.samples);
-    const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / per_wave);
-    for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
-      FrameParams& p = wave.params();
-      p.first_pixel = first;
-      p.wave_pixels = std::min(wave_pixels, pixels - first);
-      p.wave_samples = per_wave;
-      p.first_sample = settings_.first_sample + counts.samples;
-      wave.write_params(device);
-      if (!integrator->render(commands)) return;
-      commands.begin_stage("film");
-      Push push{};
-      commands.dispatch(accumulate, push.bytes(), (p.wave_pixels + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
-      commands.flush();
-      counts.extra = per_wave;
-      counts.split = std::min(first + wave_pixels, pixels);
-      on_samples(counts, wave.counters(device));
-      on_idle();
-      if (cancelled_) return;
-    }
+    const std::uint32_t per_wave =
+        independent ? std::clamp(wave.capacity() / pixels, 1u, settings_.samples - counts.samples) : 1;
+    if (!pass(commands, *integrator, per_wave, -1, counts)) return;
     counts = {counts.samples + per_wave, 0, 0};
     on_samples(counts, wave.counters(device));
     if (settings_.time_limit > 0 &&
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count() >= settings_.time_limit)
       return;
   }
+}
+
+bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation,
+                      SampleCounts& counts) {
+  Device& device = *context_.device;
+  Wave& wave = *wave_;
+  const std::uint32_t pixels = film_.width() * film_.height();
+  const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / per_wave);
+  integrator.begin_pass(commands);
+  for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
+    FrameParams& p = wave.params();
+    p.first_pixel = first;
+    p.wave_pixels = std::min(wave_pixels, pixels - first);
+    p.wave_samples = per_wave;
+    p.first_sample = settings_.first_sample + counts.samples;
+    // Preparations draw other numbers than the sample they come before.
+    p.seed = preparation < 0 ? settings_.seed : settings_.seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
+    wave.write_params(device);
+    if (preparation >= 0) {
+      if (!integrator.prepare(commands, preparation)) return false;
+    } else {
+      if (!integrator.render(commands)) return false;
+      commands.begin_stage("film");
+      Push push{};
+      commands.dispatch(*accumulate_, push.bytes(), (p.wave_pixels + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+      counts.extra = per_wave;
+      counts.split = std::min(first + wave_pixels, pixels);
+    }
+    commands.flush();
+    on_samples(counts, wave.counters(device));
+    on_idle();
+    if (cancelled_) return false;
+  }
+  integrator.end_pass(commands, preparation);
+  return true;
 }
 
 }  // namespace hw

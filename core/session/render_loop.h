@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "film/film.h"
+#include "reservoirs/reservoir_store.h"
 #include "scene/tables.h"
 #include "session/session.h"
 #include "session/settings.h"
@@ -15,11 +16,13 @@
 
 namespace hw {
 
+class Integrator;
+
 class RenderLoop {
  public:
-  // `wave` is kept between renders and replaced when it does not fit.
-  RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave, const RenderSettings& settings,
-             const std::atomic<bool>& cancelled);
+  // `wave` is kept between renders and replaced when it does not fit; `reservoirs` are kept where settings ask for it.
+  RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave, ReservoirStore& reservoirs,
+             const RenderSettings& settings, const std::atomic<bool>& cancelled);
   void run();  // throws DeviceError and what integrators throw
 
   std::function<void(const SampleCounts&, const RayCounters&)> on_samples = [](auto&, auto&) {};
@@ -28,13 +31,18 @@ class RenderLoop {
 
  private:
   void choose_wave();
+  // One pass over the picture in waves of `per_wave` samples a pixel. `preparation`: its number, -1: samples. False:
+  // cancelled.
+  bool pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation, SampleCounts& counts);
 
   Context& context_;
   Tables& tables_;
   Film& film_;
   std::unique_ptr<Wave>& wave_;
+  ReservoirStore& reservoirs_;
   const RenderSettings& settings_;
   const std::atomic<bool>& cancelled_;
+  const Kernel* accumulate_ = nullptr;
 };
 
 }  // namespace hw

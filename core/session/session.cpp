@@ -78,6 +78,7 @@ struct Session::Impl {
   RenderSettings settings;
   std::unique_ptr<Film> film;
   std::unique_ptr<Wave> wave;
+  ReservoirStore reservoirs;
   std::thread thread;
   std::atomic<bool> cancelled{false};
 
@@ -205,7 +206,7 @@ void Session::start(const RenderSettings& asked) {
 
 void Session::Impl::run() {
   try {
-    RenderLoop loop(*context, tables, *film, wave, settings, cancelled);
+    RenderLoop loop(*context, tables, *film, wave, reservoirs, settings, cancelled);
     loop.on_samples = [this](const SampleCounts& now, const RayCounters& rays) {
       const double seconds = seconds_since(begun);
       std::lock_guard lock(mutex);
@@ -313,7 +314,8 @@ void Session::read(const std::string& name, float* out) const {
 
 std::string Session::stats_json() const {
   Impl& d = *impl_;
-  return render_stats_json(*d.context, d.last_sync, progress(), d.wave ? d.wave->bytes() : 0);
+  return render_stats_json(*d.context, d.last_sync, progress(), d.wave ? d.wave->bytes() : 0,
+                           d.reservoirs.bytes());
 }
 
 }  // namespace hw

@@ -49,7 +49,7 @@ class JsonObject {
 }  // namespace
 
 std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress,
-                              std::uint64_t wave_bytes) {
+                              std::uint64_t wave_bytes, std::uint64_t reservoir_bytes) {
   JsonObject scene;
   scene.integer("meshes", sync.meshes);
   scene.integer("instances", sync.instances);
@@ -90,6 +90,7 @@ std::string render_stats_json(const Context& context, const SyncReport& sync, co
   out.integer("rays", progress.rays);
   out.number("mrays_per_second", progress.seconds > 0 ? double(progress.rays) / progress.seconds * 1e-6 : 0);
   out.boolean("cancelled", progress.cancelled);
+  out.integer("reservoir_bytes", reservoir_bytes);
   out.object("stages", stages);
   out.object("stage_calls", calls);
   out.object("memory", memory);

@@ -87,6 +87,7 @@ void Wave::reset_counters(Device& device) {
 }
 
 void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& layout) {
+  p.reuse.light_mis_scale = 1;
   p.width = s.width;
   p.height = s.height;
   p.region_x = s.region[0];

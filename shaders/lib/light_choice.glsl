@@ -5,12 +5,16 @@
 #include "tables.glsl"
 #include "light_sampling.h"
 #include "world_sampling.h"
+#ifdef HW_RESERVOIR
+#include "light_point.h"
+#endif
 
 struct LightDraw {
   vec3 wi;
   float distance;   // HW_INFINITY: at infinity
   vec3 radiance;    // 1 where `program` is set
   float pdf;        // solid angle, choice included
+  float mis_pdf;    // the same as BSDF rays are weighed with
   vec3 normal;      // of the light at the point
   uint flags;       // of the light, HW_LIGHT_*
   uint light;
@@ -60,7 +64,37 @@ LightDraw draw_light(vec3 P, float u, vec2 u2) {
     if (d.program) d.radiance = vec3(1.0);
   }
   d.pdf *= choice;
+  d.mis_pdf = d.pdf;
   d.valid = d.pdf > 0.0;
   return d;
 }
+
+#ifdef HW_RESERVOIR
+// The draw that a reservoir stands for: its contribution weight takes the place of 1 / pdf. `mis_scale`: see
+// ReuseFrame::light_mis_scale.
+LightDraw draw_reservoir(vec3 P, Reservoir r, float mis_scale) {
+  LightDraw d;
+  d.valid = false;
+  if (r.light >= HW_ROOT.light_count || !(r.weight > 0.0)) return d;
+  LightRecord light = LightTable(HW_ROOT.lights).at[r.light];
+  bool world = light.type == HW_LIGHT_WORLD;
+  LightPoint p = light_point(light, HW_ROOT.world, vec2(r.u, r.v), P);
+  d.wi = p.wi;
+  d.distance = p.distance;
+  d.normal = p.normal;
+  d.delta = p.delta;
+  d.light = r.light;
+  d.uv = vec2(r.u, r.v);
+  d.flags = world ? HW_ROOT.world_flags | HW_LIGHT_CAST_SHADOW : light.flags;
+  d.program = world ? HW_HAS(HW_FEATURE_WORLD_PROGRAM) && HW_ROOT.world_material != HW_NONE
+                    : HW_HAS(HW_FEATURE_EMISSION_PROGRAM) && (light.flags & HW_LIGHT_SHADER) != 0u;
+  d.radiance = d.program ? vec3(1.0) : world ? HW_ROOT.world_color : p.radiance;
+  float weight = p.density * r.weight;
+  d.pdf = 1.0 / max(weight, 1e-30);
+  d.mis_pdf = mis_scale * AliasTable(HW_ROOT.light_alias).at[r.light].pdf *
+              light_point_mis_pdf(light, HW_ROOT.world, P, p);
+  d.valid = weight > 0.0;
+  return d;
+}
+#endif
 #endif

@@ -7,19 +7,6 @@
 #include "geometry.glsl"
 #include "wave.glsl"
 
-// Where the point was in the last frame: world space, by the instance's last transform and the mesh's last vertices.
-vec3 previous_position(Hit hit) {
-  InstanceTable instances = InstanceTable(HW_ROOT.instances);
-  MeshTable meshes = MeshTable(HW_ROOT.meshes);
-  uint mesh = instances.at[hit.instance].mesh;
-  float m[12] = instances.at[hit.instance].previous_object_to_world;
-  uint64_t motion = meshes.at[mesh].motion;
-  Vec3Array positions = Vec3Array(motion != 0ul ? motion : meshes.at[mesh].positions);
-  uvec3 v = load_triangle(meshes.at[mesh].tri_vertices, hit.primitive);
-  vec3 p = positions.at[v.x] * (1.0 - hit.u - hit.v) + positions.at[v.y] * hit.u + positions.at[v.z] * hit.v;
-  return HW_TRANSFORM_POINT(m, p);
-}
-
 // Pixels moved since the last frame, as Blender has it: previous minus current place (xy), current minus next (zw, taken
 // to be the same: the next frame is not known).
 vec4 motion_vector(vec3 P, vec3 previous) {

@@ -3,6 +3,7 @@
 #ifndef HW_PATH_H
 #define HW_PATH_H
 #include "portable.h"
+#include "reuse.h"
 HW_NAMESPACE_BEGIN
 
 // Passes a film can hold; a set bit in FrameParams::passes means the pass is kept, at float offset pass_offset[bit]
@@ -45,6 +46,7 @@ HW_CONST uint HW_PATH_EMISSION_ONLY = 256u;       // bounce limit reached: the n
 HW_CONST uint HW_PATH_NO_TRANSPARENT = 512u;      // transparent limit reached: ends at the next surface
 HW_CONST uint HW_PATH_FIRST_DONE = 1024u;         // data passes have been written
 HW_CONST uint HW_PATH_FEATURES_DONE = 2048u;      // denoising features have been written
+HW_CONST uint HW_PATH_REUSED = 4096u;             // the pixel's reservoir has its surface
 
 struct PathState {
   vec3 throughput;
@@ -135,8 +137,9 @@ struct FrameParams {
   float pass_alpha_threshold;
   float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
   uint frame_flags;                                    // HW_FRAME_*
+  ReuseFrame reuse;
 };
-HW_CHECK_SIZE(FrameParams, 344)
+HW_CHECK_SIZE(FrameParams, 504)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 

@@ -33,5 +33,49 @@ struct ReuseCell {
 };
 HW_CHECK_SIZE(ReuseCell, 72)
 
+// What the stages of reuse read besides the frame's parameters (FrameParams::reuse). A pass is one sample of every pixel
+// of the picture: what it reads was left by the pass before, in this frame or the last.
+struct ReuseFrame {
+  uint64_t reservoirs;       // Reservoir[path]: the light sample that shading takes
+  uint64_t targets;          // ReuseSurface[path]
+  uint64_t race_keys;        // uint64_t[path]: of the sample that the path offered to a cell
+  uint64_t path_cells;       // uint[path]: the cell it was offered to, HW_NONE: none
+  uint64_t visible_queue;    // paths whose candidate's visibility is asked for
+  uint64_t screen;           // Reservoir[pixels of the region]: the last pass
+  uint64_t screen_surfaces;  // ReuseSurface[pixels]
+  uint64_t next_screen;      // the same of this pass
+  uint64_t next_screen_surfaces;
+  uint64_t cells;        // ReuseCell[cell_count]
+  uint64_t light_remap;  // uint[]: where a light of the last frame is in this frame's table, HW_NONE: gone; 0: in place
+  uint cell_count;
+  uint light_remap_count;
+  uint candidates, indirect_candidates;
+  uint neighbours;
+  uint weights;            // HW_REUSE_WEIGHTS_*
+  uint flags;              // HW_REUSE_*
+  float radius;            // of spatial neighbours [pixels]
+  float confidence_cap;    // most confidence a reservoir of the last pass may bring; 0: no cap
+  float history_passes;    // cells: most passes' worth of inputs they remember; 0: all
+  float history_share;     // new frame: share of the confidence that old samples keep (lights came on)
+  float light_mis_scale;   // light samples that MIS counts next-event estimation as; 1 for `path`
+  uint ascension;          // levels of the tree
+  uint grid_radius;        // cells
+  uint cell_inputs;        // 0: all
+  uint cell_slots;         // reservoirs a cell
+  uint pass;               // counts passes of the render, for random numbers of cells
+  int fixed_exponent;      // scale of fixed-point sums (lib/reservoir.h)
+};
+HW_CHECK_SIZE(ReuseFrame, 160)
+HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;
+HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_Z = 1u;
+HW_CONST uint HW_REUSE_WEIGHTS_MIS = 2u;
+HW_CONST uint HW_REUSE_TEMPORAL = 1u;
+HW_CONST uint HW_REUSE_SPATIAL = 2u;
+HW_CONST uint HW_REUSE_NEW_FRAME = 4u;   // the last pass belongs to another frame: follow motion to it
+HW_CONST uint HW_REUSE_HISTORY = 8u;     // there is a last pass
+HW_CONST uint HW_REUSE_REPROJECT = 16u;  // restir: indirect hits look up the picture; grid: its nearest cells
+HW_CONST uint HW_REUSE_BLACK = 32u;      // black where no neighbour holds a sample
+HW_CONST uint HW_REUSE_VISIBLE = 64u;    // candidates are tested for visibility before they are stored
+
 HW_NAMESPACE_END
 #endif

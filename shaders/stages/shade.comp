@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // At a surface: one light sample with its shadow ray (next-event estimation), and one BSDF sample with the next ray.
+// shade_reservoir takes the light sample from the path's reservoir instead of drawing one.
+// variant shade_reservoir: HW_RESERVOIR
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/wave.glsl"
@@ -7,6 +9,7 @@
 #include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
 #include "lib/sampler.h"
+#include "lib/shadow_ray.glsl"
 #include "lib/world_sampling.h"
 layout(local_size_x = 64) in;
 
@@ -17,22 +20,15 @@ vec3 shares_of(vec3 part, vec3 total) {
               total.z > 0.0 ? part.z / total.z : 0.0);
 }
 
-// Where a shadow ray starts: off the surface towards the light; on smooth meshes lifted off the facets where the light
-// grazes them (Hanika 2021, with Cycles' cut-off).
-vec3 shadow_origin(SurfacePoint point, vec3 wi) {
-  float side = dot(point.normal, wi);
-  vec3 p = point.position;
-  float cutoff = point.terminator_cutoff;
-  float amount = side > 0.0 && cutoff > 0.0 && side < cutoff ? clamp(1.0 - side / cutoff, 0.0, 1.0) : 0.0;
-  p += point.terminator_offset * amount;
-  return offset_origin(p, side < 0.0 ? -point.normal : point.normal);
-}
-
 void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce) {
-  uint light_count = HW_ROOT.light_count;
+#ifdef HW_RESERVOIR
+  Reservoir r = ReservoirArray(HW_FRAME.reuse.reservoirs).at[path];
+  LightDraw draw = draw_reservoir(point.position, r, HW_FRAME.reuse.light_mis_scale);
+#else
   float u = sampler_1d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
   vec2 u2 = sampler_2d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
   LightDraw draw = draw_light(point.position, u, u2);
+#endif
   if (!draw.valid) return;
 
   BsdfValue bsdf = closures_eval(list, sg, draw.wi);
@@ -41,7 +37,7 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   vec3 glossy = (draw.flags & HW_LIGHT_GLOSSY) != 0u ? bsdf.glossy : vec3(0.0);
   vec3 transmission = (draw.flags & HW_LIGHT_TRANSMISSION) != 0u ? bsdf.transmission : vec3(0.0);
   vec3 f = diffuse + glossy + transmission;
-  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(draw.pdf, bsdf.pdf) : 1.0;
+  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(draw.mis_pdf, bsdf.pdf) : 1.0;
   vec3 radiance = state.throughput * f * draw.radiance * (weight / draw.pdf);
   if (!(radiance.x + radiance.y + radiance.z > 0.0)) return;
 
@@ -66,21 +62,7 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
     result_add_light(path, shadow.radiance, shadow.bounce, shadow.diffuse, shadow.glossy);
     return;
   }
-  Ray ray;
-  ray.origin = shadow_origin(point, draw.wi);
-  ray.direction = draw.wi;
-  ray.tmin = 0.0;
-  ray.tmax = HW_INFINITY;
-  ray.mask = HW_MASK_SHADOW_OPAQUE;
-  if (draw.distance < HW_INFINITY) {
-    // End just before the light's own surface, seen from where the ray really starts.
-    vec3 end = offset_origin(point.position + draw.wi * draw.distance, draw.normal);
-    vec3 along = end - ray.origin;
-    float length2 = dot(along, along);
-    float inverse = inversesqrt(max(length2, 1e-30));
-    ray.direction = along * inverse;
-    ray.tmax = length2 * inverse;
-  }
+  Ray ray = shadow_ray(point, draw.wi, draw.distance, draw.normal);
   RayArray(HW_FRAME.shadow_rays).at[path] = ray;
   ShadowArray(HW_FRAME.shadows).at[path] = shadow;
   queue_push(push.out_queue, path);

@@ -74,7 +74,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
       LightRecord record = LightTable(HW_ROOT.lights).at[light];
       float pdf = light_pdf(record, state.mis_origin, ray.direction, distance(g.P, state.mis_origin)) *
                   AliasTable(HW_ROOT.light_alias).at[light].pdf;
-      weight = mis_power(state.mis_pdf, pdf);
+      weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf);
     }
     if (path_bounce(state.bounces) == 0u && pass_on(HW_PASS_EMISSION))
       result_add3(path, HW_PASS_EMISSION, state.throughput * surface.emission);

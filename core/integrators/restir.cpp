@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// ReSTIR as a list of stages, in the place of path's light sample:
+//   surface → light candidates (→ trace shadow: visibility of candidates) → screen reuse → shade …
+// One sample of every pixel is a pass; it reads the last pass's reservoirs and writes its own. The first pass of a
+// render without history is preceded by one that fills the reservoirs, so that it has neighbours too.
+#include "integrators/restir.h"
+
+#include <utility>
+
+namespace hw {
+
+RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproject)
+    : context_(context),
+      params_(resolve_reuse(context.settings)),
+      reproject_(reproject),
+      stages_(context, true),
+      buffers_(context.device, context.wave.capacity(), false),
+      candidates_(context.kernels.get("light_candidates", context.constants)),
+      reuse_(context.kernels.get("screen_reuse", context.constants)) {}
+
+void RestirIntegrator::begin_frame(Commands&) {
+  ReservoirStore& store = context_.reservoirs;
+  if (!context_.settings.continue_history || store.integrator != context_.settings.integrator || !store.screen ||
+      !store.screen->fits(context_.width, context_.height)) {
+    store.clear();
+    store.screen = std::make_unique<ScreenReservoirs>(context_.device, context_.width, context_.height);
+    store.integrator = context_.settings.integrator;
+  }
+  ReuseFrame& frame = context_.wave.params().reuse;
+  apply_reuse(frame, params_, context_.settings.width, context_.settings.height);
+  buffers_.fill(frame);
+  if (reproject_) frame.flags |= HW_REUSE_REPROJECT;
+  if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY | HW_REUSE_NEW_FRAME;
+}
+
+int RestirIntegrator::preparations() const { return context_.reservoirs.screen->has_history ? 0 : 1; }
+
+void RestirIntegrator::begin_pass(Commands& commands) {
+  context_.reservoirs.screen->begin_pass(commands);
+  context_.reservoirs.screen->fill(context_.wave.params().reuse);
+}
+
+void RestirIntegrator::end_pass(Commands&, int) {
+  ScreenReservoirs& screen = *context_.reservoirs.screen;
+  screen.end_pass();
+  screen.has_history = true;
+  ReuseFrame& frame = context_.wave.params().reuse;
+  frame.flags = (frame.flags | HW_REUSE_HISTORY) & ~HW_REUSE_NEW_FRAME;
+}
+
+void RestirIntegrator::resample(Commands& commands, std::size_t c) {
+  Queue& surfaces = stages_.surfaces(c);
+  commands.begin_stage("candidates");
+  if (params_.visibility_reuse) {
+    stages_.prepare(commands, nullptr, RayKind::kNone, buffers_.visible.get());
+    stages_.dispatch(commands, candidates_, surfaces, {.out_queue = buffers_.visible->address()});
+    stages_.prepare(commands, buffers_.visible.get(), RayKind::kShadow, nullptr);
+    context_.tracer.any(commands, {&buffers_.visible->buffer, context_.wave.shadow_rays.get(),
+                                   context_.wave.shadow_hits.get(), context_.wave.capacity()});
+  } else {
+    stages_.dispatch(commands, candidates_, surfaces);
+  }
+  commands.begin_stage("reuse");
+  stages_.dispatch(commands, reuse_, surfaces);
+}
+
+bool RestirIntegrator::prepare(Commands& commands, int) {
+  if (context_.cancelled) return false;
+  stages_.camera(commands);
+  stages_.sort_hits(commands);
+  for (std::size_t c = 0; c < stages_.classes(); ++c) {
+    stages_.surface(commands, c);
+    resample(commands, c);
+  }
+  commands.flush();
+  return true;
+}
+
+bool RestirIntegrator::render(Commands& commands) {
+  stages_.camera(commands);
+  for (int step = 0;; ++step) {
+    if (context_.cancelled) return false;
+    stages_.sort_hits(commands);
+    for (std::size_t c = 0; c < stages_.classes(); ++c) {
+      stages_.surface(commands, c);
+      resample(commands, c);
+      stages_.shade(commands, c);
+    }
+    if (!stages_.light(commands)) return false;
+    if (!stages_.advance(commands, step)) return true;
+  }
+}
+
+}  // namespace hw

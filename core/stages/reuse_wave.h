@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The buffers that stages of light reuse add to a wave: a light sample and a target surface for each path, and what a
+// path offered to a cell.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "gpu/device.h"
+#include "session/reuse_settings.h"
+#include "shared/path.h"
+#include "stages/stage.h"
+
+namespace hw {
+
+class ReuseWave {
+ public:
+  // `cells`: paths offer samples to cells. Throws OutOfMemory.
+  ReuseWave(Device& device, std::uint32_t capacity, bool cells);
+  // Points a frame's parameters at the buffers.
+  void fill(ReuseFrame& frame) const;
+
+  std::unique_ptr<Buffer> reservoirs, targets, race_keys, path_cells;
+  std::unique_ptr<Queue> visible;  // candidates whose visibility is asked for
+
+ private:
+  std::uint32_t capacity_;
+};
+
+// Fills the parts of ReuseFrame that settings decide. width, height: of the full picture, pixels.
+void apply_reuse(ReuseFrame& frame, const ReuseParams& params, std::uint32_t width, std::uint32_t height);
+
+}  // namespace hw

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// ReSTIR (Bitterli et al. 2020): merges a surface's canonical sample with reservoirs of the last pass, its own pixel's
+// (temporal) and those of pixels about it (spatial), in one step as Wyman and Panteleev 2021 do. Reading the last pass
+// alone makes the picture the same for any order of tiles.
+//
+// Departures: the paper (SivaramWSSR, section 5) merges temporally, then spatially within a frame. For surfaces seen
+// after a bounce (restir-reproject, section 3.1) the reservoirs about the point's place on the film are merged, and none
+// is stored.
+//
+// Weights: 1/M, 1/Z or defensive pairwise MIS (lib/reservoir.h), with p_hat at the surfaces that the reservoirs were
+// made for. With MIS weights the result is unbiased: the canonical sample has full support.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/reuse.glsl"
+#include "lib/camera.h"
+#include "lib/geometry.glsl"
+layout(local_size_x = 64) in;
+
+// How alike two surfaces must be for their light to be shared: Bitterli et al. 2020, section 5.
+const float HW_SIMILAR_COSINE = 0.9063;  // 25 degrees
+const float HW_SIMILAR_DEPTH = 0.1;
+
+bool similar(ReuseSurface there, vec3 normal, float depth) {
+  float d = camera_depth(HW_ROOT.camera, there.position);
+  return there.key != HW_NONE && dot(octahedral_unpack(there.normal), normal) >= HW_SIMILAR_COSINE &&
+         abs(d - depth) <= HW_SIMILAR_DEPTH * abs(depth);
+}
+
+// The pixel of the region that shows a raster position of the full frame; HW_NONE outside.
+uint pixel_at(vec2 raster01) {
+  vec2 at = raster01 * vec2(HW_FRAME.width, HW_FRAME.height) - vec2(HW_FRAME.region_x, HW_FRAME.region_y);
+  bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x < float(HW_FRAME.region_width) && at.y < float(HW_FRAME.region_height);
+  return inside ? uint(at.y) * HW_FRAME.region_width + uint(at.x) : HW_NONE;
+}
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  if (gl_GlobalInvocationID.x >= queue.header.count) return;
+  uint path = queue.path[gl_GlobalInvocationID.x];
+  PathState state = PathArray(HW_FRAME.paths).at[path];
+  Reservoir canonical = ReservoirArray(HW_REUSE.reservoirs).at[path];
+  ReuseSurface mine = ReuseSurfaceArray(HW_REUSE.targets).at[path];
+  uint bounce = path_bounce(state.bounces);
+  bool primary = bounce == 0u && (state.flags & HW_PATH_REUSED) == 0u;
+  // Nothing to share: indirect hits of `restir`, and mirrors and windows, behind which the first surface may still come.
+  if (!primary && !reuse_has(HW_REUSE_REPROJECT) || mine.key == HW_NONE) return;
+  TargetSurface surface = target_surface(mine);
+
+  // An occluded candidate stands for darkness (Bitterli et al. 2020, visibility reuse).
+  if (primary && reuse_has(HW_REUSE_VISIBLE) && canonical.light != HW_NONE) {
+    LightRecord light = LightTable(HW_ROOT.lights).at[canonical.light];
+    bool asked = light.type == HW_LIGHT_WORLD || (light.flags & HW_LIGHT_CAST_SHADOW) != 0u;
+    if (asked && UintBuffer(HW_FRAME.shadow_hits).at[path] != 0u) canonical = reservoir_empty(canonical.confidence);
+  }
+
+  // Where the last pass saw this point.
+  uint home = state.pixel;
+  vec3 before = mine.position;
+  bool known = reuse_has(HW_REUSE_HISTORY);
+  CameraRecord camera = HW_ROOT.camera;
+  if (!primary) {
+    home = pixel_at(camera_project(camera, mine.position));
+    known = known && (camera.type == HW_CAMERA_PANORAMIC || camera_depth(camera, mine.position) > 0.0);
+  } else if (reuse_has(HW_REUSE_NEW_FRAME)) {
+    before = previous_position(HitArray(HW_FRAME.hits).at[path]);
+    home = pixel_at(camera_project_previous(camera, before));
+  }
+  known = known && home != HW_NONE;
+  float depth = camera_depth(camera, before);
+
+  uint width = HW_FRAME.region_width, height = HW_FRAME.region_height;
+  uint neighbours = reuse_has(HW_REUSE_SPATIAL) ? HW_REUSE.neighbours : 0u;
+  uint first = reuse_has(HW_REUSE_TEMPORAL) ? 0u : 1u;
+  uint count = known ? neighbours + 1u : 0u;
+  uint random = random_stream(state.seed, state.sample_index, bounce + state.transparent, HW_STREAM_REUSE, HW_FRAME.seed);
+  ReservoirArray reservoirs = ReservoirArray(HW_REUSE.screen);
+  ReuseSurfaceArray surfaces = ReuseSurfaceArray(HW_REUSE.screen_surfaces);
+  bool mis = HW_REUSE.weights == HW_REUSE_WEIGHTS_MIS;
+
+  // Number 0 is the pixel itself, the others lie in a disk about it. Which take part is decided by surfaces alone, never
+  // by samples. Pass 0 adds up their confidences, which pairwise weights need beforehand; pass 1 merges; pass 2 counts
+  // the confidences at which the merged sample could have been made (1/Z).
+  float c_1 = canonical.confidence;
+  float c_all = c_1;
+  float m_1 = 0.0;
+  float canonical_here = reuse_target_of(surface, canonical.light, canonical.u, canonical.v);
+  ReservoirStream stream = stream_begin();
+  Reservoir merged = reservoir_empty(0.0);
+  float support = 0.0;
+  uint passes = HW_REUSE.weights == HW_REUSE_WEIGHTS_INVERSE_Z ? 3u : 2u;
+  for (uint pass = mis ? 0u : 1u; pass < passes; ++pass) {
+    uint draws = random;
+    for (uint i = first; i < count; ++i) {
+      float angle = 2.0 * HW_PI * random_next(draws), r = HW_REUSE.radius * sqrt(random_next(draws));
+      float u = random_next(draws);
+      int x = int(home % width) + (i == 0u ? 0 : int(round(r * cos(angle))));
+      int y = int(home / width) + (i == 0u ? 0 : int(round(r * sin(angle))));
+      if (x < 0 || y < 0 || x >= int(width) || y >= int(height)) continue;
+      uint pixel = uint(y) * width + uint(x);
+      if (i > 0u && pixel == home) continue;
+      ReuseSurface there = surfaces.at[pixel];
+      if (primary ? !similar(there, surface.normal, depth) : there.key == HW_NONE) continue;
+      if (primary && i == 0u && there.key != mine.key) continue;
+      Reservoir r_i = reservoirs.at[pixel];
+      float c_i = HW_REUSE.confidence_cap > 0.0 ? min(r_i.confidence, HW_REUSE.confidence_cap) : r_i.confidence;
+      if (pass == 0u) {
+        c_all += c_i;
+        continue;
+      }
+      if (pass == 2u) {
+        float p = reuse_target_of(target_surface(there), merged.light, merged.u, merged.v);
+        support += p > 0.0 ? c_i : 0.0;
+        continue;
+      }
+      float here = reuse_target_of(surface, r_i.light, r_i.u, r_i.v);
+      float weight = stream_weight(r_i, here) * c_i;
+      if (mis) {
+        TargetSurface other = target_surface(there);
+        float own = reuse_target_of(other, r_i.light, r_i.u, r_i.v);
+        float canonical_there = reuse_target_of(other, canonical.light, canonical.u, canonical.v);
+        weight = stream_weight(r_i, here) * mis_pairwise(c_i, c_1, c_all, own, here);
+        m_1 += mis_pairwise_canonical(c_i, c_1, c_all, canonical_there, canonical_here);
+      }
+      stream_add(stream, r_i.light, r_i.u, r_i.v, weight, here, c_i, u);
+    }
+    if (pass == 1u) {
+      m_1 += mis_pairwise_base(c_1, c_all);
+      float weight = stream_weight(canonical, canonical_here) * (mis ? m_1 : c_1);
+      stream_add(stream, canonical.light, canonical.u, canonical.v, weight, canonical_here, c_1, random_next(draws));
+      merged = mis ? stream_end_mis(stream) : stream_end_count(stream);
+    }
+  }
+  if (HW_REUSE.weights == HW_REUSE_WEIGHTS_INVERSE_Z && merged.light != HW_NONE)
+    merged = stream_end_support(stream, support + c_1);  // it was chosen by p_hat here, so that is positive
+
+  ReservoirArray(HW_REUSE.reservoirs).at[path] = merged;
+  if (!primary) return;
+  ReservoirArray(HW_REUSE.next_screen).at[state.pixel] = reuse_has(HW_REUSE_TEMPORAL) ? merged : canonical;
+  ReuseSurfaceArray(HW_REUSE.next_screen_surfaces).at[state.pixel] = mine;
+  PathArray(HW_FRAME.paths).at[path].flags = state.flags | HW_PATH_REUSED;
+}
