@@ -7,6 +7,8 @@ import time
 
 import numpy as np
 
+from headwater.integrators import INTEGRATORS, PARAMETERS, Choice, Number, Whole
+
 flags = {
     name: bit
     for names in (
@@ -203,8 +205,7 @@ class Session:
         return {"commit_seconds": 0.0, "upload_seconds": 0.0, "build_seconds": 0.0}
 
     def start(self, settings):
-        if settings["integrator"] != "path":
-            raise ValueError(f"unknown integrator '{settings['integrator']}'")
+        reservoir_bytes(settings)
         for name in settings["passes"]:
             if name not in PASSES:
                 raise ValueError(f"unknown pass '{name}'")
@@ -249,6 +250,42 @@ class Session:
 
     def stats(self):
         return {"rays": 0, "seconds": 0.0, "stages": {}}
+
+
+def _refuse_reuse(settings):
+    """ValueError for an unknown integrator or estimator and for a parameter that it does not read or take."""
+    integrator = INTEGRATORS.get(settings["integrator"])
+    if integrator is None:
+        raise ValueError(f"no integrator '{settings['integrator']}'; there are {', '.join(INTEGRATORS)}")
+    if settings.get("estimator", "paper") != "paper":
+        raise ValueError(f"no estimator '{settings['estimator']}'; there is paper")
+    for name, parameter in PARAMETERS.items():
+        value = settings.get(name)
+        if value is None:
+            continue
+        if name not in integrator.defaults:
+            raise ValueError(f"integrator '{integrator.name}' has no parameter '{name}'")
+        if isinstance(parameter, (Whole, Number)) and not parameter.least <= value <= parameter.most:
+            raise ValueError(f"{name} must be from {parameter.least} to {parameter.most}, not {value}")
+        if isinstance(parameter, Choice) and value not in [choice[0] for choice in parameter.choices]:
+            raise ValueError(f"no {name} '{value}'")
+
+
+def integrators():
+    return list(INTEGRATORS)
+
+
+def integrator_table():
+    return [
+        dict(name=each.name, label=each.label, description=each.description, parameters=dict(each.defaults))
+        for each in INTEGRATORS.values()
+    ]
+
+
+def reservoir_bytes(settings):
+    """64 bytes a pixel for every integrator with reservoirs."""
+    _refuse_reuse(settings)
+    return 64 * settings["width"] * settings["height"] if INTEGRATORS[settings["integrator"]].defaults else 0
 
 
 def devices():

@@ -108,8 +108,8 @@ def test_bad_options(here, cube, tmp_path, options):
     "options, words",
     [
         (("--integrator", "magic"), ("magic", "path")),
-        (("--estimator", "magic"), ("magic", "unbiased")),
-        (("--estimator", "paper"), ("path", "unbiased")),
+        (("--estimator", "magic"), ("magic", "paper")),
+        (("--candidates", "4"), ("path", "candidates")),
         (("--tracer", "magic"), ("magic", "embree", "ray_query")),
         (("--lights", "magic"), ("magic", "uniform", "power")),
         (("--passes", "Combined,Magic"), ("Magic", "Combined", "Depth")),

@@ -64,7 +64,6 @@ def scene(tmp_path):
 def fake(monkeypatch):
     """The double of the core behind the command, in this process."""
     module = types.SimpleNamespace(**{k: v for k, v in vars(fake_core).items() if not k.startswith("__")})
-    module.integrators = lambda: ["path"]
     module.all_passes = lambda: list(fake_core.PASSES.items())
     monkeypatch.setattr("headwater.core.load", lambda: module)
     monkeypatch.setattr(render_usd, "load", lambda: module)

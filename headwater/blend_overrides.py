@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line's wishes as settings of an opened Blender scene, for Headwater and for Cycles alike."""
 
+from headwater.core import load
 from headwater.errors import EXIT_USAGE, UserError
+from headwater.integrators import INTEGRATORS, PARAMETERS
 from headwater.render_request import BOUNCES
+from headwater.render_reuse import check
 
 # pass -> the view layer's switch; Combined is always there
 PASS_SWITCHES = {
@@ -107,10 +110,20 @@ def _sampling(scene, request):
         scene.cycles.device = "CPU"
     else:
         own = scene.headwater
-        if request.integrator is not None:
-            own.integrator = request.integrator
         if request.lights is not None:
             own.light_choice = request.lights
+        _reuse(own, request)
+
+
+def _reuse(own, request):
+    """The integrator and its parameters. The core checks them here: Blender would clip a value that is out of range."""
+    if request.integrator is not None:
+        own.integrator = request.integrator
+    check(load(), own.integrator, request.estimator, request.reuse)
+    if request.estimator is not None:
+        own.estimator = request.estimator
+    for name, value in request.reuse.items():
+        setattr(getattr(own, INTEGRATORS[own.integrator].group), name, PARAMETERS[name].to_property(value))
 
 
 def _passes(layer, wanted):

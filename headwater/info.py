@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`headwater info`: versions, devices and what they can do, the Tracer that `auto` would choose."""
+"""`headwater info`: versions, devices and what they can do, the Tracer that `auto` would choose, integrators."""
 
 import importlib.metadata
 import json
@@ -42,11 +42,13 @@ def collect(device: str = "") -> dict:
         "core": None,
         "chosen_device": None,
         "tracer": None,
+        "integrators": [],
         "error": None,
     }
     try:
         core = load()
         report["core"] = dict(core.versions()) if hasattr(core, "versions") else {}
+        report["integrators"] = list(core.integrator_table())
         report["devices"] = [dict(d) for d in core.devices()]
         context = core.Context(device=device)
         report["chosen_device"] = context.device["name"]
@@ -78,6 +80,11 @@ def format_report(report: dict) -> str:
             lines.append(f"      not usable: {device['why_not']}")
     if report["chosen_device"]:
         lines.append(f"Renders on: {report['chosen_device']}, tracer {report['tracer']}")
+    if report["integrators"]:
+        lines.append("Integrators:")
+        width = max(len(integrator["name"]) for integrator in report["integrators"])
+        for integrator in report["integrators"]:
+            lines.append(f"  {integrator['name']:{width}}  {integrator['description']}")
     if report["error"]:
         lines.append(f"Can't render: {report['error']}")
     return "\n".join(lines)

@@ -4,7 +4,7 @@
 import os
 import re
 
-from headwater import interrupt
+from headwater import interrupt, render_reuse
 from headwater.errors import EXIT_INTERRUPTED, EXIT_USAGE, UserError, choose
 from headwater.output import check_output, frame_path
 from headwater.progress import Progress
@@ -12,7 +12,6 @@ from headwater.render_request import BOUNCES, Request
 from headwater.render_stats import RenderStats
 
 TRACERS = ("auto", "ray_query", "embree")
-ESTIMATORS = ("unbiased", "paper")
 BLEND = (".blend",)
 USD = (".usd", ".usda", ".usdc", ".usdz")
 MAX_SIZE = 65536
@@ -43,8 +42,8 @@ def add_arguments(parser) -> None:
     add("--samples", type=positive, metavar="N")
     add("--time-limit", type=seconds, metavar="S", help="seconds a frame; at least one sample is finished")
     add("--seed", type=natural, metavar="N")
-    add("--integrator", metavar="NAME")
-    add("--estimator", metavar="NAME", help=f"of integrators that have several: {', '.join(ESTIMATORS)}")
+    add("--integrator", metavar="NAME", help=render_reuse.integrator_help())
+    add("--estimator", metavar="NAME", help="how reservoirs are merged: paper, with the paper's bias (default: paper)")
     add("--lights", metavar="uniform|power", help="how one light is chosen among many")
     for name, _, _ in BOUNCES:
         extra = " (0: direct light only)" if name == "max" else ""
@@ -74,6 +73,7 @@ def add_arguments(parser) -> None:
     add("--autoexec", action="store_true", help="let a .blend run its own scripts")
     add("--stats", metavar="OUT.json", help="write what the render cost")
     add("--quiet", action="store_true", help="no progress")
+    render_reuse.add_arguments(parser)
 
 
 def positive(text: str) -> int:
@@ -190,21 +190,18 @@ def check_file(path: str) -> None:
 
 
 def check_names(request: Request) -> None:
-    """Raises UserError for unknown names of integrator, estimator, light choice, tracer or pass."""
+    """Raises UserError for unknown names of integrator, estimator, light choice, tracer or pass, and for parameters
+    that the integrator refuses. A .blend may name an integrator of its own: blend_overrides checks its parameters."""
     choose("tracer", request.tracer, TRACERS)
     if request.lights is not None:
         choose("light choice", request.lights, ("uniform", "power"))
-    if request.estimator is not None:
-        choose("estimator", request.estimator, ESTIMATORS)
     if request.engine != "headwater":
         return
     from headwater.core import load
 
     core = load()
-    if request.integrator is not None:
-        choose("integrator", request.integrator, core.integrators())
-    if request.estimator == "paper" and request.integrator in (None, "path"):
-        raise UserError("integrator 'path' has one estimator: unbiased", EXIT_USAGE)
+    decided = request.integrator is not None or not request.file.lower().endswith(BLEND)
+    render_reuse.check(core, request.integrator or "path", request.estimator, request.reuse if decided else {})
     known = [name for name, _ in core.all_passes()]
     if request.passes == ["all"]:
         request.passes = known

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, fields
 
 from headwater.errors import EXIT_USAGE, UserError
 from headwater.output import check_output, frame_path
+from headwater.render_reuse import given as given_reuse
 
 # option --NAME-bounces, the core's setting, Cycles' property
 BOUNCES = (
@@ -35,6 +36,7 @@ class Request:
     estimator: str | None
     lights: str | None
     bounces: dict  # the core's setting -> limit, only those given
+    reuse: dict  # parameters of reservoir integrators: the core's setting -> value, only those given
     no_clamp: bool
     device: str
     tracer: str
@@ -79,14 +81,15 @@ class Request:
             "engine",
             "autoexec",
         )
-        return cls(output=output, passes=passes, bounces=bounces, **{name: getattr(args, name) for name in names})
+        values = {name: getattr(args, name) for name in names}
+        return cls(output=output, passes=passes, bounces=bounces, reuse=given_reuse(args), **values)
 
     @classmethod
     def blank(cls, file: str, **values) -> "Request":
         """A request that leaves to the file what `values` do not name."""
         given = dict.fromkeys(field.name for field in fields(cls))
-        given |= {"output": "", "exr_depth": "float", "bounces": {}, "no_clamp": False, "device": "", "tracer": "auto"}
-        given |= {"threads": 0, "engine": "headwater", "autoexec": False}
+        given |= {"output": "", "exr_depth": "float", "bounces": {}, "reuse": {}, "no_clamp": False}
+        given |= {"device": "", "tracer": "auto", "threads": 0, "engine": "headwater", "autoexec": False}
         return cls(**(given | {"file": file} | values))
 
     @property

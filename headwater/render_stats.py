@@ -79,6 +79,9 @@ class RenderStats:
                 (layer["render"].get("memory", {}).get("device_peak_bytes", 0) for layer in layers), default=0
             ),
         }
+        reservoirs = [layer["render"]["reservoir_bytes"] for layer in layers if "reservoir_bytes" in layer["render"]]
+        if reservoirs:
+            totals["reservoir_bytes"] = max(reservoirs)
         return self._report | {"status": status, "totals": totals}
 
     def write(self, path: str, status: str) -> None:

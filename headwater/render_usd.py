@@ -46,13 +46,15 @@ def default_size(stage, camera, time_code):
 def render_settings(request, width, height, passes) -> dict:
     """The core's settings for a request; USD files have no sampling settings, so the rest is the core's default."""
     samples = request.samples or (UNLIMITED_SAMPLES if request.time_limit else DEFAULT_SAMPLES)
-    settings = {"width": width, "height": height, "samples": samples, "passes": passes, **request.bounces}
+    settings = {"width": width, "height": height, "samples": samples, "passes": passes}
+    settings |= request.bounces | request.reuse
     settings["region"] = request.check_region(width, height) or (0, 0, width, height)
     settings["integrator"] = request.integrator or "path"
     for key, value in (
         ("time_limit", request.time_limit),
         ("seed", request.seed),
         ("lights", request.lights),
+        ("estimator", request.estimator),
     ):
         if value is not None:
             settings[key] = value

@@ -210,6 +210,7 @@ def _rescue(session, result, job: Job) -> None:
 def _watch(engine, job: Job, session, result, started: float) -> bool:
     """Waits for the render, shows how it goes, looks at Esc. Returns whether it was cancelled."""
     picture_at, shown, cancelled = started, 0, False
+    reservoirs = native.core().reservoir_bytes(job.settings)
     while not session.wait(WAIT_MS):
         progress = session.progress()
         asked = [observer("progress", progress) for observer in list(observers)]
@@ -219,7 +220,7 @@ def _watch(engine, job: Job, session, result, started: float) -> bool:
         done = progress["sample"]
         if progress["samples"]:
             engine.update_progress(done / progress["samples"])
-        engine.update_stats("", status_text(progress, time.perf_counter() - started))
+        engine.update_stats("", status_text(progress, time.perf_counter() - started, reservoirs))
         engine.update_memory_stats(memory_used=progress["memory"] / 2**20)
         now = time.perf_counter()
         if not bpy.app.background and done > shown and now - picture_at > PICTURE_EVERY:
@@ -229,13 +230,15 @@ def _watch(engine, job: Job, session, result, started: float) -> bool:
     return cancelled
 
 
-def status_text(progress: dict, seconds: float) -> str:
-    """One line for the render window: sample, speed, memory, time left."""
+def status_text(progress: dict, seconds: float, reservoirs: int) -> str:
+    """One line for the render window: sample, speed, memory (and how much of it the reservoirs have), time left."""
     parts = [f"Sample {progress['sample']}/{progress['samples']}"]
     if progress.get("mrays"):
         parts.append(f"{progress['mrays']:.1f} Mrays/s")
     if progress["memory"]:
         parts.append(f"Memory {progress['memory'] / 2**20:.0f} MiB")
+    if reservoirs:
+        parts.append(f"Reservoirs {reservoirs / 2**20:.1f} MiB")
     left = progress.get("remaining", -1)
     if left is not None and left >= 0 and seconds > 0.5:
         minutes, rest = divmod(int(left + 0.5), 60)

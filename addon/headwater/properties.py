@@ -9,6 +9,10 @@ docs/manual/settings.md. The groups here hold the same settings, with Cycles' de
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from headwater.integrators import ESTIMATORS, INTEGRATORS
+
+from . import reuse_properties
+
 
 class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     use_cycles_settings: BoolProperty(
@@ -19,8 +23,14 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     integrator: EnumProperty(
         name="Integrator",
         description="How light is transported",
-        items=(("path", "Path Tracing", "Unidirectional path tracing: unbiased, the reference for all others"),),
+        items=tuple((each.name, each.label, each.description.rstrip(".")) for each in INTEGRATORS.values()),
         default="path",
+    )
+    estimator: EnumProperty(
+        name="Estimator",
+        description="How reservoirs are merged",
+        items=ESTIMATORS,
+        default="paper",
     )
     light_choice: EnumProperty(
         name="Light Choice",
@@ -104,6 +114,12 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     )
 
 
+# Parameters of each integrator that reuses light samples, under its name.
+HeadwaterSceneSettings.__annotations__ |= {
+    name: PointerProperty(type=group) for name, group in reuse_properties.groups.items()
+}
+
+
 class HeadwaterViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_denoising: BoolProperty(
         name="Denoising Data", description="Store the albedo and normal that denoisers need", default=False
@@ -163,6 +179,7 @@ _groups = (
 
 
 def register():
+    reuse_properties.register()
     for owner, group in _groups:
         bpy.utils.register_class(group)
         owner.headwater = PointerProperty(name="Headwater", type=group)
@@ -172,3 +189,4 @@ def unregister():
     for owner, group in reversed(_groups):
         del owner.headwater
         bpy.utils.unregister_class(group)
+    reuse_properties.unregister()

@@ -7,6 +7,8 @@ docs/manual/settings.md.
 
 from typing import NamedTuple
 
+from . import reuse_properties
+
 # key of the core, property of ours, property of Cycles
 _SHARED = (
     ("samples", "samples", "samples"),
@@ -102,11 +104,11 @@ def build(scene, view_layer, frame: Frame, passes: list[str], options) -> dict:
         width=frame.width,
         height=frame.height,
         region=(frame.x0, frame.y0, frame.x1, frame.y1),
-        integrator=own.integrator,
         lights=own.light_choice,
         transparent_film=scene.render.film_transparent,
         pass_alpha_threshold=view_layer.pass_alpha_threshold,
         passes=passes,
+        **reuse_properties.settings(own),
     )
     world = scene.world
     if world is not None:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render properties: Sampling, Light Paths, Film, Performance; Cycles' own properties where those are in use."""
+"""Render properties: Sampling, Reservoirs, Light Paths, Film, Performance; Cycles' own where those are in use."""
 
 import bpy
 from bl_ui.utils import PresetPanel
 
-from ..render_settings import cycles_of
+from headwater.integrators import INTEGRATORS, PARAMETERS
+
+from .. import native, reuse_properties
+from ..render_settings import cycles_of, frame_of
 from .panel import HeadwaterPanel, split
 
 
@@ -36,6 +39,46 @@ class HEADWATER_RENDER_PT_sampling(_RenderPanel, bpy.types.Panel):
         column = self.layout.column()
         column.prop(cycles or own, "samples")
         column.prop(cycles or own, "time_limit")
+
+
+class HEADWATER_RENDER_PT_reservoirs(_RenderPanel, bpy.types.Panel):
+    bl_label = "Reservoirs"
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling"
+
+    @classmethod
+    def applies(cls, context) -> bool:
+        return bool(INTEGRATORS[context.scene.headwater.integrator].defaults)
+
+    def draw(self, context):
+        own = context.scene.headwater
+        integrator = INTEGRATORS[own.integrator]
+        group = getattr(own, integrator.group)
+        layout = split(self.layout)
+        section = None
+        for name in integrator.defaults:
+            parameter = PARAMETERS[name]
+            if parameter.section != section:
+                section, column = parameter.section, layout.column()
+            row = column.row()
+            row.active = not parameter.needs or getattr(group, parameter.needs)
+            row.prop(group, name)
+        text = memory_text(context.scene)
+        if text:
+            layout.label(text=text)
+
+
+def memory_text(scene) -> str:
+    """Memory of the scene's reservoirs at its resolution, or why the core refuses them; empty without a core."""
+    frame = frame_of(scene.render)
+    try:
+        size = native.core().reservoir_bytes(
+            {"width": frame.width, "height": frame.height, **reuse_properties.settings(scene.headwater)}
+        )
+    except native.NativeError:
+        return ""
+    except ValueError as error:
+        return str(error)
+    return f"Memory: {size / 2**20:.1f} MiB at {frame.width} × {frame.height}"
 
 
 class HEADWATER_RENDER_PT_sampling_advanced(_RenderPanel, bpy.types.Panel):
@@ -134,6 +177,7 @@ class HEADWATER_RENDER_PT_performance(_RenderPanel, bpy.types.Panel):
 _classes = (
     HEADWATER_PT_sampling_presets,
     HEADWATER_RENDER_PT_sampling,
+    HEADWATER_RENDER_PT_reservoirs,
     HEADWATER_RENDER_PT_sampling_advanced,
     HEADWATER_RENDER_PT_light_paths,
     HEADWATER_RENDER_PT_clamping,

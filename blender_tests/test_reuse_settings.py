@@ -1,0 +1,467 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Integrators and their parameters outside the core: one table against the core's, the command's options, Blender's
+properties and panel. docs/manual/reuse.md lists every parameter."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import types
+
+import fake_core
+import numpy as np
+import pytest
+from bpy_process import run
+
+from headwater import cli, render_reuse
+from headwater.image_io import read_exr
+from headwater.info import format_report
+from headwater.integrators import ESTIMATORS, INTEGRATORS, PARAMETERS, Choice, Number, Switch, Whole, readers
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+SCENE = """#usda 1.0
+(
+    upAxis = "Z"
+    metersPerUnit = 1
+)
+def Camera "camera"
+{
+    double3 xformOp:translate = (0, 0, 6)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Cube "cube" {}
+def DomeLight "sky" {}
+"""
+# Of each kind one, none at its default.
+GRID_OPTIONS = {
+    "--candidates": ("4", 4),
+    "--neighbours": ("0", 0),
+    "--grid-extent": ("12.5", 12.5),
+    "--temporal-reuse": ("off", False),
+    "--spatial-reuse": ("on", True),
+    "--grid-follow": ("camera", "camera"),
+    "--empty-cells": ("black", "black"),
+}
+
+
+def settings_of(integrator, **parameters):
+    return {"width": 32, "height": 18, "integrator": integrator, **parameters}
+
+
+def float32(value):
+    return value if isinstance(value, (str, bool)) else np.float32(value)
+
+
+# The table and the core
+
+
+def test_integrators_are_the_cores(core):
+    theirs = {each["name"]: each for each in core.integrator_table()}
+    assert list(theirs) == list(INTEGRATORS) == core.integrators()
+    for name, ours in INTEGRATORS.items():
+        assert (ours.label, ours.description) == (theirs[name]["label"], theirs[name]["description"])
+        defaults = {key: float32(value) for key, value in theirs[name]["parameters"].items()}
+        assert defaults == {key: float32(value) for key, value in ours.defaults.items()}, name
+    assert set(PARAMETERS) == {key for each in theirs.values() for key in each["parameters"]}
+
+
+def test_a_parameter_is_taken_by_its_readers_only(core):
+    for integrator in INTEGRATORS.values():
+        for name in PARAMETERS:
+            value = readers(name)[0].defaults[name]
+            if name in integrator.defaults:
+                core.reservoir_bytes(settings_of(integrator.name, **{name: value}))
+            else:
+                with pytest.raises(ValueError, match=f"'{integrator.name}' has no parameter '{name}'"):
+                    core.reservoir_bytes(settings_of(integrator.name, **{name: value}))
+
+
+@pytest.mark.parametrize("name", [name for name, each in PARAMETERS.items() if isinstance(each, (Whole, Number))])
+def test_ranges_are_the_cores(core, name):
+    parameter, integrator = PARAMETERS[name], readers(name)[0].name
+    assert parameter.least <= parameter.soft_most <= parameter.most
+    if isinstance(parameter, Whole):
+        beyond = parameter.least - 1, parameter.most + 1
+    else:
+        beyond = (float(np.nextafter(np.float32(parameter.least), np.float32(-1))),
+                  float(np.nextafter(np.float32(parameter.most), np.float32(np.inf))))  # fmt: skip
+    for value in (parameter.least, parameter.most):
+        core.reservoir_bytes(settings_of(integrator, **{name: value}))
+    for value in beyond:
+        with pytest.raises(ValueError, match=name):
+            core.reservoir_bytes(settings_of(integrator, **{name: value}))
+
+
+def test_choices_and_estimators_are_the_cores(core):
+    for name, parameter in PARAMETERS.items():
+        if isinstance(parameter, Choice):
+            with pytest.raises(ValueError, match="choices are ") as caught:
+                core.reservoir_bytes(settings_of(readers(name)[0].name, **{name: "magic"}))
+            listed = str(caught.value).rpartition("choices are ")[2]
+            assert listed == ", ".join(value for value, _, _ in parameter.choices)
+    with pytest.raises(ValueError, match="estimators are ") as caught:
+        core.reservoir_bytes(settings_of("restir", estimator="magic"))
+    assert str(caught.value).rpartition("estimators are ")[2] == ", ".join(value for value, _, _ in ESTIMATORS)
+
+
+def test_the_manual_has_every_parameter_with_its_option():
+    with open(os.path.join(ROOT, "docs", "manual", "reuse.md"), encoding="utf-8") as file:
+        text = file.read()
+    for name, parameter in PARAMETERS.items():
+        assert f"`{name}`" in text and f"`{parameter.flag}`" in text, name
+    for name in INTEGRATORS:
+        assert f"`{name}`" in text, name
+
+
+# The command
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "scene.usda"
+    path.write_text(SCENE)
+    return str(path)
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    """The double of the core behind the command, in this process."""
+    pytest.importorskip("pxr")
+    from headwater import render_usd
+
+    module = types.SimpleNamespace(**{k: v for k, v in vars(fake_core).items() if not k.startswith("__")})
+    module.all_passes = lambda: list(fake_core.PASSES.items())
+    monkeypatch.setattr("headwater.core.load", lambda: module)
+    monkeypatch.setattr(render_usd, "load", lambda: module)
+    monkeypatch.setattr(fake_core, "render_seconds", 0.0)
+    fake_core.sessions.clear()
+    return module
+
+
+def render(scene, *options):
+    return cli.main(["render", scene, "--size", "32x18", *map(str, options)])
+
+
+def test_options_reach_the_core_and_others_stay_away(scene, fake, tmp_path):
+    given = [word for flag, (text, _) in GRID_OPTIONS.items() for word in (flag, text)]
+    assert render(scene, "-o", tmp_path / "x.exr", "--integrator", "wssr-grid", "--estimator", "paper", *given) == 0
+    (settings,) = fake_core.sessions[-1].settings
+    assert settings["integrator"] == "wssr-grid" and settings["estimator"] == "paper"
+    expected = {flag[2:].replace("-", "_"): value for flag, (_, value) in GRID_OPTIONS.items()}
+    assert {name: settings[name] for name in PARAMETERS if name in settings} == expected
+
+
+def test_every_parameter_has_an_option_that_takes_its_default(scene, fake, tmp_path):
+    for integrator in INTEGRATORS.values():
+        words = {True: "on", False: "off"}
+        given = []
+        for name, value in integrator.defaults.items():
+            given += [PARAMETERS[name].flag, words[value] if isinstance(value, bool) else value]
+        assert render(scene, "-o", tmp_path / "x.exr", "--integrator", integrator.name, *given) == 0
+        settings = fake_core.sessions[-1].settings[-1]
+        assert {name: settings[name] for name in PARAMETERS if name in settings} == integrator.defaults
+
+
+def test_nothing_is_sent_that_was_not_asked_for(scene, fake, tmp_path):
+    assert render(scene, "-o", tmp_path / "x.exr", "--integrator", "restir") == 0
+    assert not set(fake_core.sessions[-1].settings[-1]) & {*PARAMETERS, "estimator"}
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (("--integrator", "magic"), ("magic", *INTEGRATORS)),
+        (("--integrator", "restir", "--estimator", "magic"), ("magic", "restir", "paper")),
+        (("--estimator", "magic"), ("magic", "paper")),
+        (("--candidates", "8"), ("path", "candidates")),
+        (("--integrator", "restir", "--candidates", "0"), ("candidates", "1 to 1024", "0")),
+        (("--integrator", "restir", "--neighbours", "-1"), ("neighbours", "-1")),
+        (("--integrator", "restir", "--neighbours", "65"), ("neighbours", "0 to 64", "65")),
+        (("--integrator", "restir", "--neighbours", "many"), ("neighbours", "many")),
+        (("--integrator", "restir", "--reuse-radius", "nan"), ("reuse_radius",)),
+        (("--integrator", "restir", "--reuse-radius", "wide"), ("reuse-radius", "wide")),
+        (("--integrator", "restir", "--grid-resolution", "64"), ("restir", "grid_resolution")),
+        (("--integrator", "wssr-kd", "--grid-extent", "64"), ("wssr-kd", "grid_extent")),
+        (("--integrator", "restir", "--reuse-weights", "2/M"), ("2/M", "1/M", "1/Z", "mis")),
+        (("--integrator", "restir", "--temporal-reuse", "maybe"), ("temporal-reuse", "maybe", "on, off")),
+        (("--integrator", "wssr-grid", "--grid-follow", "car"), ("car", "world", "camera")),
+    ],
+)
+def test_refused_in_one_line_before_anything_is_rendered(core, scene, tmp_path, capsys, options, words):
+    assert render(scene, "-o", tmp_path / "x.exr", "--samples", 1 << 30, *options) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("headwater: error: ")
+    for word in words:
+        assert word in line, line
+    assert not (tmp_path / "x.exr").exists()
+
+
+def test_help_says_who_reads_what_with_which_default(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["render", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "reservoirs:" in text
+    for name, parameter in PARAMETERS.items():
+        assert f"{parameter.flag} " in text
+        # argparse breaks lines at hyphens too.
+        assert render_reuse.help_text(parameter).replace(" ", "").replace("-", "") in re.sub(r"[ -]", "", text), name
+    assert "[restir: 5; restir-reproject, wssr-kd, wssr-grid, wssr-grid-reproject: 3]" in render_reuse.help_text(
+        PARAMETERS["neighbours"]
+    )
+
+
+def test_info_lists_integrators():
+    report = {"headwater": "1", "python": "3", "platform": "x", "core": {}, "packages": {}, "denoiser": None}
+    report |= {"devices": [], "chosen_device": None, "error": None, "integrators": fake_core.integrator_table()}
+    lines = [line.strip() for line in format_report(report).splitlines()]
+    for integrator in INTEGRATORS.values():
+        assert any(re.fullmatch(rf"{integrator.name} +{re.escape(integrator.description)}", line) for line in lines)
+
+
+def test_statistics_have_the_cores_reservoir_bytes(scene, fake, tmp_path, monkeypatch):
+    path = tmp_path / "s.json"
+    assert render(scene, "-o", tmp_path / "x.exr", "--integrator", "restir", "--stats", path) == 0
+    report = json.loads(path.read_text())
+    assert "reservoir_bytes" not in report["totals"], "a core that does not say it"
+    stats = fake_core.Session.stats
+    monkeypatch.setattr(fake_core.Session, "stats", lambda self: stats(self) | {"reservoir_bytes": 4711})
+    assert render(scene, "-o", tmp_path / "x.exr", "--integrator", "restir", "--stats", path) == 0
+    report = json.loads(path.read_text())
+    assert report["totals"]["reservoir_bytes"] == 4711
+    assert report["frames"][0]["layers"][0]["render"]["reservoir_bytes"] == 4711
+
+
+# Blender
+
+BUILD = """
+from headwater_addon import options, render_settings
+from headwater.integrators import INTEGRATORS, PARAMETERS
+own = scene.headwater
+def build():
+    frame = render_settings.frame_of(bpy.context.scene.render)
+    settings = render_settings.build(
+        bpy.context.scene, bpy.context.scene.view_layers[0], frame, ["Combined"], options.Options())
+    wanted = {"integrator", "estimator", *PARAMETERS}
+    return {name: value for name, value in settings.items() if name in wanted}
+"""
+
+
+def expected(integrator, **changed):
+    """What Blender sends for an integrator whose properties were left as they are, but for `changed`."""
+    values = {
+        name: None if isinstance(PARAMETERS[name], Switch) and PARAMETERS[name].automatic else value
+        for name, value in INTEGRATORS[integrator].defaults.items()
+    }
+    return {"integrator": integrator, "estimator": "paper"} | values | changed
+
+
+def sent(facts, *integrators):
+    """Asserts the settings shown under each integrator's name, to float precision."""
+    for name, wanted in integrators:
+        assert {k: v if v is None else float32(v) for k, v in facts[name].items()} == {
+            k: v if v is None else float32(v) for k, v in wanted.items()
+        }
+
+
+def test_properties_become_settings(tmp_path):
+    pytest.importorskip("bpy")
+    facts = run(
+        BUILD
+        + """
+shown = {}
+for name in INTEGRATORS:
+    own.integrator = name
+    shown[name] = build()
+own.integrator = "restir"
+own.restir.candidates, own.restir.reuse_radius, own.restir.temporal_reuse = 7, 0.25, False
+own.restir.reuse_weights, own.restir.visibility_reuse = "mis", "ON"
+shown["changed"] = build()
+own.restir.visibility_reuse = "OFF"
+shown["off"] = build()["visibility_reuse"]
+own.restir.candidates = 0  # Blender keeps it in the range
+shown["clipped"] = build()["candidates"]
+own.integrator = "restir-reproject"
+shown["other"] = build()
+show(**shown)
+""",
+        tmp_path,
+    )
+    sent(facts, *((name, expected(name)) for name in INTEGRATORS))
+    changes = {"candidates": 7, "reuse_radius": 0.25, "temporal_reuse": False, "reuse_weights": "mis"}
+    sent(facts, ("changed", expected("restir", visibility_reuse=True, **changes)))
+    sent(facts, ("other", expected("restir-reproject")))
+    assert facts["off"] is False and facts["clipped"] == 1
+
+
+def test_a_file_keeps_what_was_set_and_no_more(tmp_path):
+    """What an artist left alone follows the integrator's default, also in a file that was saved."""
+    pytest.importorskip("bpy")
+    facts = run(
+        BUILD
+        + """
+own.integrator = "wssr-grid"
+own.wssr_grid.grid_extent = 8
+bpy.ops.wm.save_as_mainfile(filepath=tmp + "/saved.blend")
+bpy.ops.wm.read_homefile(use_factory_startup=True)
+bpy.ops.wm.open_mainfile(filepath=tmp + "/saved.blend")
+group = bpy.context.scene.headwater.wssr_grid
+show(saved=build(), set=[name for name in INTEGRATORS["wssr-grid"].defaults if group.is_property_set(name)])
+""",
+        tmp_path,
+    )
+    sent(facts, ("saved", expected("wssr-grid", grid_extent=8)))
+    assert facts["set"] == ["grid_extent"]
+
+
+PANEL = """
+import headwater_addon.ui.render as ui
+class Row:
+    '''A layout that notes what it is asked to show: (group, property, active).'''
+    def __init__(self, log): self.__dict__["log"] = log; self.__dict__["active"] = True
+    def __getattr__(self, name): return lambda *a, **k: Row(self.log)
+    def prop(self, data, name, **k):
+        assert name in data.bl_rna.properties
+        self.log.append((type(data).__name__, name, bool(self.active)))
+    def label(self, text): self.log.append(text)
+    use_property_split = use_property_decorate = False
+class Context:
+    engine = "HEADWATER"
+    scene = bpy.context.scene
+panel = ui.HEADWATER_RENDER_PT_reservoirs
+def draw():
+    log = []
+    panel.draw(type("P", (), {"layout": Row(log)})(), Context)
+    return log
+"""
+
+
+def test_panel_shows_what_the_integrator_reads_and_its_memory(tmp_path):
+    pytest.importorskip("bpy")
+    facts = run(
+        PANEL
+        + """
+from headwater.integrators import INTEGRATORS
+own = scene.headwater
+polls, drawn = {}, {}
+for name in INTEGRATORS:
+    own.integrator = name
+    polls[name] = panel.poll(Context)
+    if polls[name]: drawn[name] = draw()
+own.integrator, own.restir.spatial_reuse = "restir", False
+off = draw()
+scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 4096, 2048, 50
+large = draw()[-1]
+own.estimator = "paper"
+refuse = core.reservoir_bytes
+core.reservoir_bytes = lambda settings: refuse(settings | {"neighbours": 99})
+refused = draw()[-1]
+# No core: neither number nor error.
+import sys, headwater
+sys.modules["headwater._core"] = None
+del headwater._core
+import headwater_addon.native as native
+native._core = None
+show(polls=polls, drawn=drawn, off=off, large=large, refused=refused, without=draw(), active=draw())
+""",
+        tmp_path,
+    )
+    assert facts["polls"] == {name: name != "path" for name in INTEGRATORS}
+    for name, drawn in facts["drawn"].items():
+        *properties, memory = drawn
+        assert [(prop, active) for _, prop, active in properties] == [(p, True) for p in INTEGRATORS[name].defaults]
+        assert memory == "Memory: 0.0 MiB at 32 × 24"
+    inactive = {prop for _, prop, active in facts["off"][:-1] if not active}
+    assert inactive == {"neighbours", "reuse_radius"}
+    assert facts["large"] == "Memory: 128.0 MiB at 2048 × 1024"  # 64 bytes a pixel: the double's
+    assert facts["refused"].startswith("neighbours must be")
+    assert facts["without"] == facts["off"][:-1], "all properties, no text"
+
+
+def test_every_property_says_its_effect(tmp_path):
+    """Tooltips: a sentence that starts with a capital and ends without a full stop, which Blender adds."""
+    pytest.importorskip("bpy")
+    facts = run(
+        """
+        from headwater.integrators import INTEGRATORS
+        found = {}
+        for each in INTEGRATORS.values():
+            for name in each.defaults:
+                prop = getattr(scene.headwater, each.group).bl_rna.properties[name]
+                items = [(i.name, i.description) for i in prop.enum_items] if prop.type == "ENUM" else []
+                found[f"{each.group}.{name}"] = [prop.name, prop.description, items]
+        chooser = scene.headwater.bl_rna.properties["integrator"].enum_items
+        show(found=found, integrators=[[i.identifier, i.name, i.description] for i in chooser],
+             unit=scene.headwater.wssr_grid.bl_rna.properties["grid_extent"].unit)
+        """,
+        tmp_path,
+    )
+    for name, (label, description, items) in facts["found"].items():
+        for text in (description, *(item[1] for item in items)):
+            assert text and text[0].isupper() and not text.endswith("."), name
+        assert label == label.strip() and label[0].isupper()
+        assert ". " in description, f"{name}: what it is, and then its effect"
+    assert facts["integrators"] == [[e.name, e.label, e.description.rstrip(".")] for e in INTEGRATORS.values()]
+    assert facts["unit"] == "LENGTH"
+
+
+def test_the_commands_options_win_over_the_files(tmp_path):
+    pytest.importorskip("bpy")
+    facts = run(
+        BUILD
+        + """
+from headwater.blend_overrides import apply
+from headwater.errors import UserError
+from headwater.render_request import Request
+def answer(**wishes):
+    try:
+        apply(scene, Request.blank("x.blend", output="x.exr", **wishes))
+    except UserError as error:
+        return [error.status, str(error)]
+    return build()
+own.integrator = "wssr-kd"
+own.wssr_kd.ascension, own.wssr_kd.neighbours = 4, 2
+show(
+    own=answer(reuse={"neighbours": 6, "temporal_reuse": False}),
+    other=answer(integrator="restir", estimator="paper", reuse={"visibility_reuse": False, "reuse_weights": "1/Z"}),
+    range=answer(reuse={"candidates": 0}),
+    unread=answer(integrator="path", reuse={"candidates": 2}),
+    estimator=answer(integrator="restir", estimator="magic"),
+)
+""",
+        tmp_path,
+    )
+    sent(facts, ("own", expected("wssr-kd", ascension=4, neighbours=6, temporal_reuse=False)))
+    sent(facts, ("other", expected("restir", visibility_reuse=False, reuse_weights="1/Z")))
+    for name, word in (("range", "candidates"), ("unread", "candidates"), ("estimator", "magic")):
+        status, text = facts[name]
+        assert status == 2 and word in text
+
+
+# The real core
+
+
+def test_usd_and_blend_render_with_parameters(core, scene, tmp_path):
+    pytest.importorskip("pxr")
+    pytest.importorskip("bpy")
+    blend = tmp_path / "cube.blend"
+    make = "import bpy, sys; bpy.ops.wm.read_factory_settings(); bpy.ops.wm.save_as_mainfile(filepath=sys.argv[-1])"
+    subprocess.run([sys.executable, "-c", make, str(blend)], check=True, capture_output=True, timeout=120)
+    wishes = {
+        scene: ("wssr-grid", {"grid_resolution": 16, "neighbours": 2, "empty_cells": "canonical"}),
+        str(blend): ("restir", {"candidates": 4, "spatial_reuse": False, "reuse_weights": "mis"}),
+    }
+    for file, (integrator, parameters) in wishes.items():
+        output, stats = tmp_path / f"{integrator}.exr", tmp_path / f"{integrator}.json"
+        command = [sys.executable, "-m", "headwater", "render", file, "-o", str(output), "--stats", str(stats)]
+        command += ["--size", "32x18", "--samples", "2", "--integrator", integrator]
+        for name, value in parameters.items():
+            command += [PARAMETERS[name].flag, "off" if value is False else str(value)]
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=300, env=dict(os.environ, PYTHONPATH=ROOT)
+        )
+        assert done.returncode == 0, done.stderr
+        (pixels,) = read_exr(str(output)).layers.values()
+        assert pixels.shape == (18, 32, 4) and np.isfinite(pixels).all() and pixels[..., :3].mean() > 0.01
+        report = json.loads(stats.read_text())
+        assert report["settings"]["integrator"] == integrator and report["settings"]["reuse"] == parameters

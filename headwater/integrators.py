@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Integrators and the parameters of those that reuse light samples, as the command line and Blender show them.
+
+The core (core/session/reuse_settings.cpp) decides what is valid. It is not needed to import this module, so that help
+can be printed and the add-on registered without it; blender_tests/test_reuse_settings.py holds the two tables against
+each other: names, texts, who reads what, defaults, ranges, choices. M, k and L are the letters of the paper (Sivaram,
+"World Space Spatio-Temporal Reuse"). docs/manual/reuse.md says more of each.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """A setting of the core, None or absent for the integrator's own default."""
+
+    name: str  # of the core's setting and of Blender's property
+    label: str
+    summary: str  # what it is, without the final full stop
+    effect: str  # what it does to the picture: noise, bias, time, memory
+    section: str = "reuse"  # of Blender's panel: "candidates", "reuse" or "cells"
+    needs: str = ""  # the switch without which it changes nothing
+
+    @property
+    def flag(self) -> str:
+        """Its option on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    def to_property(self, value):
+        """The core's value as Blender's property holds it."""
+        return value
+
+    def from_property(self, value):
+        """What Blender's property holds as the core's value; None: as the integrator's default."""
+        return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whole(Parameter):
+    """A whole number. `soft_most`: where sliders end."""
+
+    least: int
+    most: int
+    soft_most: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Parameter):
+    """A number. `unit`: "share" or "metres"."""
+
+    least: float
+    most: float
+    soft_most: float
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Switch(Parameter):
+    """On or off. `automatic`: what decides while neither is asked for, where that is more than a default; Blender's
+    property is then one of AUTO, ON and OFF, so that it shows what is rendered."""
+
+    automatic: str = ""
+
+    def to_property(self, value):
+        return value if not self.automatic else "AUTO" if value is None else "ON" if value else "OFF"
+
+    def from_property(self, value):
+        return value if not self.automatic else {"AUTO": None, "ON": True, "OFF": False}[value]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice(Parameter):
+    """One of several: (value, label, what it does to the picture)."""
+
+    choices: tuple[tuple[str, str, str], ...]
+
+
+PARAMETERS = {
+    parameter.name: parameter
+    for parameter in (
+        Whole(
+            name="candidates",
+            label="Candidates",
+            summary="Light samples drawn at the first surface, of which one is kept (M)",
+            effect="More: less noise in a pass, more time; no bias",
+            section="candidates",
+            least=1,
+            most=1024,
+            soft_most=128,
+        ),
+        Whole(
+            name="indirect_candidates",
+            label="Indirect Candidates",
+            summary="Light samples drawn at each surface after a bounce",
+            effect="More: less noise in indirect light, more time; no bias",
+            section="candidates",
+            least=1,
+            most=1024,
+            soft_most=128,
+        ),
+        Switch(
+            name="temporal_reuse",
+            label="Temporal Reuse",
+            summary="Keep reservoirs from one pass over the picture to the next",
+            effect="Much less noise in a pass; passes resemble each other, so that more samples remove less of it",
+        ),
+        Whole(
+            name="history",
+            label="History",
+            summary="Most passes over the picture that a reservoir remembers; 0: all",
+            effect="Longer: less noise in the first passes, then blotches that more samples do not remove, and light "
+            "that lags behind what moves",
+            needs="temporal_reuse",
+            least=0,
+            most=1 << 20,
+            soft_most=100,
+        ),
+        Switch(
+            name="spatial_reuse",
+            label="Spatial Reuse",
+            summary="Merge reservoirs of the surroundings",
+            effect="Noise becomes fainter and blotchy; biased where the surroundings are lit differently, as at edges",
+        ),
+        Whole(
+            name="neighbours",
+            label="Neighbors",
+            summary="Reservoirs of the surroundings merged at each surface (k)",
+            effect="More: less noise, more time, more of the bias of spatial reuse",
+            needs="spatial_reuse",
+            least=0,
+            most=64,
+            soft_most=16,
+        ),
+        Number(
+            name="reuse_radius",
+            label="Radius",
+            summary="Distance from which reservoirs are taken, as a share of the picture's smaller side",
+            effect="Larger: wider and fainter blotches, more bias at edges",
+            needs="spatial_reuse",
+            least=0.0,
+            most=1.0,
+            soft_most=1.0,
+            unit="share",
+        ),
+        Whole(
+            name="ascension",
+            label="Ascension",
+            summary="Levels climbed in the tree, below which reservoirs are taken (L); from its height on: all of it",
+            effect="Few: the cells show as blocks; many: reservoirs from afar, which help little and leave noise",
+            needs="spatial_reuse",
+            least=0,
+            most=1000,
+            soft_most=30,
+        ),
+        Whole(
+            name="grid_radius",
+            label="Radius",
+            summary="Distance in cells, along each axis, from which reservoirs are taken (L)",
+            effect="Small: the cells show as blocks; large: reservoirs from afar, which help little and leave noise",
+            needs="spatial_reuse",
+            least=0,
+            most=1000,
+            soft_most=50,
+        ),
+        Choice(
+            name="reuse_weights",
+            label="Weights",
+            summary="How merged reservoirs are weighed against each other",
+            effect="Decides whether reuse is biased",
+            choices=(
+                (
+                    "1/M",
+                    "1/M",
+                    "As the paper: quick, but biased: too dark or too bright along edges and shadow borders",
+                ),
+                (
+                    "1/Z",
+                    "1/Z",
+                    "By the reservoirs that could have made the sample: less bias, more noise, with fireflies",
+                ),
+                ("mis", "MIS", "Balance weights: no bias and less noise than 1/Z, more time"),
+            ),
+        ),
+        Switch(
+            name="visibility_reuse",
+            label="Visibility Reuse",
+            summary="Test the kept candidate for occlusion before others reuse it",
+            effect="Less noise in shadows; biased: shadow borders and contacts come out too dark",
+            automatic="On, but off with MIS weights, which it would make biased",
+        ),
+        Choice(
+            name="empty_cells",
+            label="Empty Cells",
+            summary="What lights a surface where the reservoirs taken hold no sample",
+            effect="Decides whether light is lost there",
+            choices=(
+                ("canonical", "Own Sample", "The surface's own light sample: noise, but no light is lost"),
+                ("black", "Black", "Nothing, as the paper's code: black speckles, and a picture that is too dark"),
+            ),
+        ),
+        Whole(
+            name="points_per_leaf",
+            label="Points per Leaf",
+            summary="Surface points of the first pass that share a leaf of the tree",
+            effect="More: larger cells that show more, filled sooner; less memory",
+            section="cells",
+            least=1,
+            most=1 << 20,
+            soft_most=64,
+        ),
+        Whole(
+            name="grid_resolution",
+            label="Resolution",
+            summary="Cells of the grid along each axis",
+            effect="More: smaller cells that show less but fill later; memory grows with its cube",
+            section="cells",
+            least=1,
+            most=512,
+            soft_most=256,
+        ),
+        Number(
+            name="grid_extent",
+            label="Extent",
+            summary="Half the side of the grid around the camera",
+            effect="Larger: reuse reaches farther, with larger cells at the same resolution",
+            section="cells",
+            least=1e-3,
+            most=1e6,
+            soft_most=1000.0,
+            unit="metres",
+        ),
+        Choice(
+            name="grid_follow",
+            label="Follow",
+            summary="What cells keep to when the camera moves",
+            effect="Matters in animations only",
+            section="cells",
+            choices=(
+                ("world", "World", "Cells stay where they are in the world and keep what they have learned"),
+                ("camera", "Camera", "Cells ride along, as in the paper's code: light lags and smears in the picture"),
+            ),
+        ),
+        Whole(
+            name="cell_inputs",
+            label="Inputs per Cell",
+            summary="Samples that a cell takes in one pass over the picture; 0: all",
+            effect="Fewer: less time where many pixels share a cell, and more noise there",
+            section="cells",
+            least=0,
+            most=1 << 20,
+            soft_most=1000,
+        ),
+        Whole(
+            name="reservoirs_per_cell",
+            label="Reservoirs per Cell",
+            summary="Reservoirs in a leaf or cell, each for the samples nearest to it",
+            effect="More: the cells show less but fill later; memory grows in proportion",
+            section="cells",
+            least=1,
+            most=16,
+            soft_most=16,
+        ),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Integrator:
+    """An integrator, and the parameters it reads with their defaults, in the order in which panels show them."""
+
+    name: str
+    label: str
+    description: str
+    defaults: dict
+
+    @property
+    def group(self) -> str:
+        """Name of the property group in `scene.headwater` that holds its parameters."""
+        return self.name.replace("-", "_")
+
+
+_RESTIR = {
+    "candidates": 32,
+    "indirect_candidates": 8,
+    "temporal_reuse": True,
+    "history": 20,
+    "spatial_reuse": True,
+    "neighbours": 5,
+    "reuse_radius": 0.1,
+    "reuse_weights": "1/M",
+    "visibility_reuse": True,
+}
+_WORLD = {
+    "candidates": 1,
+    "indirect_candidates": 1,
+    "temporal_reuse": True,
+    "history": 0,
+    "spatial_reuse": True,
+    "neighbours": 3,
+}
+_GRID = _WORLD | {
+    "grid_radius": 10,
+    "empty_cells": "canonical",
+    "grid_resolution": 100,
+    "grid_extent": 50.0,
+    "grid_follow": "world",
+    "cell_inputs": 100,
+    "reservoirs_per_cell": 1,
+}
+
+INTEGRATORS = {
+    integrator.name: integrator
+    for integrator in (
+        Integrator(
+            "path",
+            "Path Tracing",
+            "One light sample and one bounce at each surface. Unbiased; the reference.",
+            {},
+        ),
+        Integrator(
+            "restir",
+            "ReSTIR",
+            "Reuses light samples of earlier passes and of nearby pixels at the first surface. Much cleaner under many "
+            "lights; biased at edges unless its weights are MIS.",
+            _RESTIR,
+        ),
+        Integrator(
+            "restir-reproject",
+            "ReSTIR + Reprojection",
+            "ReSTIR that also looks up the reservoirs of the picture for surfaces seen after a bounce.",
+            _RESTIR | {"neighbours": 3},
+        ),
+        Integrator(
+            "wssr-kd",
+            "World-Space k-d Tree",
+            "Keeps light samples in the leaves of a tree over the first picture's surfaces, for every bounce. Biased, "
+            "with visible cells.",
+            _WORLD | {"ascension": 10, "empty_cells": "canonical", "points_per_leaf": 1, "reservoirs_per_cell": 1},
+        ),
+        Integrator(
+            "wssr-grid",
+            "World-Space Grid",
+            "Keeps light samples in a grid about the camera, for every bounce. Biased; no reuse beyond the grid.",
+            _GRID,
+        ),
+        Integrator(
+            "wssr-grid-reproject",
+            "World-Space Grid + Reprojection",
+            "The grid, used also by surfaces beyond it through its nearest cells.",
+            _GRID,
+        ),
+    )
+}
+ESTIMATORS = (("paper", "Paper", "As the paper describes it, with its artefacts"),)
+
+
+def readers(parameter: str) -> list[Integrator]:
+    """The integrators that read the parameter."""
+    return [integrator for integrator in INTEGRATORS.values() if parameter in integrator.defaults]
