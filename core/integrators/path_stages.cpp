@@ -24,6 +24,14 @@ constexpr std::uint32_t kProcedural = (HW_VM_NOISE | HW_VM_VORONOI | HW_VM_PATTE
 
 }  // namespace
 
+void make_light_proxies(Commands& commands, const IntegratorContext& context) {
+  commands.begin_stage("light proxies");
+  const Push push{.a = context.light_count};
+  commands.dispatch(context.kernels.get("light_proxies"), push.bytes(),
+                    (context.light_count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  commands.flush();
+}
+
 PathStages::PathStages(const IntegratorContext& context, bool reuse)
     : context_(context),
       camera_(context.kernels.get("camera", context.constants)),

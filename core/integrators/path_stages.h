@@ -11,6 +11,9 @@ namespace hw {
 // What queue_prepare.comp does with a queue's count.
 enum class RayKind : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kTransparentShadow = 3, kNone = 4 };
 
+// Runs light_proxies.comp: the lights as reuse sees them, for this frame. Parameters must have been written.
+void make_light_proxies(Commands& commands, const IntegratorContext& context);
+
 class PathStages {
  public:
   // `reuse`: shading takes light samples from reservoirs (shade's variant `shade_reservoir`).

@@ -14,11 +14,11 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
       params_(resolve_reuse(context.settings)),
       reproject_(reproject),
       stages_(context, true),
-      buffers_(context.device, context.wave.capacity(), false),
+      buffers_(context.device, context.wave.capacity(), context.light_count, false),
       candidates_(context.kernels.get("light_candidates", context.constants)),
       reuse_(context.kernels.get("screen_reuse", context.constants)) {}
 
-void RestirIntegrator::begin_frame(Commands&) {
+void RestirIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
   if (!context_.settings.continue_history || store.integrator != context_.settings.integrator || !store.screen ||
       !store.screen->fits(context_.width, context_.height)) {
@@ -31,6 +31,8 @@ void RestirIntegrator::begin_frame(Commands&) {
   buffers_.fill(frame);
   if (reproject_) frame.flags |= HW_REUSE_REPROJECT;
   if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY | HW_REUSE_NEW_FRAME;
+  context_.wave.write_params(context_.device);
+  make_light_proxies(commands, context_);
 }
 
 int RestirIntegrator::preparations() const { return context_.reservoirs.screen->has_history ? 0 : 1; }

@@ -14,12 +14,13 @@ constexpr float kCellMisScale = 16;
 
 }  // namespace
 
-ReuseWave::ReuseWave(Device& device, std::uint32_t capacity, bool cells) : capacity_(capacity) {
+ReuseWave::ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t lights, bool cells) : capacity_(capacity) {
   auto make = [&](std::size_t element, const char* label) {
     return std::make_unique<Buffer>(device, element * capacity, BufferUse::device, label);
   };
   reservoirs = make(sizeof(Reservoir), "path reservoirs");
   targets = make(sizeof(ReuseSurface), "path targets");
+  proxies = std::make_unique<Buffer>(device, sizeof(LightProxy) * std::max(lights, 1u), BufferUse::device, "light proxies");
   visible = std::make_unique<Queue>(device, capacity, "visibility queue");
   if (cells) {
     race_keys = make(sizeof(std::uint64_t), "race keys");
@@ -32,6 +33,7 @@ void ReuseWave::fill(ReuseFrame& frame) const {
   frame.targets = targets->address();
   frame.race_keys = race_keys ? race_keys->address() : 0;
   frame.path_cells = path_cells ? path_cells->address() : 0;
+  frame.proxies = proxies->address();
   frame.visible_queue = visible->address();
 }
 

@@ -15,12 +15,12 @@ namespace hw {
 
 class ReuseWave {
  public:
-  // `cells`: paths offer samples to cells. Throws OutOfMemory.
-  ReuseWave(Device& device, std::uint32_t capacity, bool cells);
+  // `cells`: paths offer samples to cells. `lights`: in the light table. Throws OutOfMemory.
+  ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t lights, bool cells);
   // Points a frame's parameters at the buffers.
   void fill(ReuseFrame& frame) const;
 
-  std::unique_ptr<Buffer> reservoirs, targets, race_keys, path_cells;
+  std::unique_ptr<Buffer> reservoirs, targets, race_keys, path_cells, proxies;
   std::unique_ptr<Queue> visible;  // candidates whose visibility is asked for
 
  private:

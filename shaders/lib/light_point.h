@@ -16,7 +16,7 @@ HW_NAMESPACE_BEGIN
 struct LightPoint {
   vec3 wi;         // unit, from the receiver
   float distance;  // HW_INFINITY for suns and the world
-  vec3 radiance;   // towards the receiver; of the world and of programs a stand-in (see light_point)
+  vec3 radiance;   // towards the receiver, where the record has it
   float density;   // solid angle per unit measure [sr]; 1 for deltas; 0: nothing arrives
   vec3 normal;     // of the light at the point, on the side that emits
   bool delta;      // no BSDF ray finds it
@@ -34,10 +34,19 @@ HW_FN vec2 light_world_uv(vec3 wi) {
   return vec2(0.5f + phi * 0.5f * HW_INV_PI, 0.5f + 0.5f * wi.z);
 }
 
-// Evaluates the point `uv` of `light` for a receiver at P. `world`: for the world's radiance, which is a stand-in
-// proportional to its importance map, never less than zero where it can be sampled. Lights whose emission is a program
-// have their record's constant, or white where that is black.
-HW_FN LightPoint light_point(LightRecord light, WorldDistribution world, vec2 uv, vec3 P) {
+// Uniform on the unit disk and back: (radius squared, turn).
+HW_FN vec2 light_disk(vec2 uv) {
+  float r = sqrt(uv.x);
+  return vec2(r * cos(2.0f * HW_PI * uv.y), r * sin(2.0f * HW_PI * uv.y));
+}
+HW_FN float light_turn(float x, float y) {
+  float turn = x * x + y * y > 0.0f ? atan(y, x) * 0.5f * HW_INV_PI : 0.0f;
+  return turn < 0.0f ? turn + 1.0f : turn;
+}
+
+// Evaluates the point `uv` of `light` for a receiver at P. The radiance of the world and of programs is for the caller to
+// bring in.
+HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
   LightPoint p;
   p.radiance = light.emission;
   p.delta = false;
@@ -57,22 +66,21 @@ HW_FN LightPoint light_point(LightRecord light, WorldDistribution world, vec2 uv
     p.normal = cosine < 0.0f ? -light.axis_z : light.axis_z;
     cosine = two_sided ? abs(cosine) : cosine;
     p.density = max(cosine, 0.0f) * light.area * inv_t * inv_t;
-    bool black = (light.flags & HW_LIGHT_SHADER) != 0u && !(light.emission.x + light.emission.y + light.emission.z > 0.0f);
-    p.radiance = black ? vec3(1.0f) : light.emission;
     return p;
   }
   if (light.type == HW_LIGHT_WORLD) {
     p.wi = light_world_direction(uv);
     p.normal = -p.wi;
     p.density = 4.0f * HW_PI;
-    p.radiance = vec3(world.total * 4.0f * HW_PI * world_pdf(world, p.wi));
     return p;
   }
   if (light.type == HW_LIGHT_SUN) {
     p.delta = light.size_x <= 0.0f;
-    float cap;
-    vec3 wi = warp_cone(light.axis_z, p.delta ? 0.0f : light.size_y, uv, cap);
-    p.wi = p.delta ? light.axis_z : wi;
+    vec3 x, y;
+    warp_frame(light.axis_z, x, y);
+    float height = uv.x * light.size_y;  // 1 - cos of the angle to the axis
+    vec2 around = light_disk(vec2(1.0f, uv.y)) * sqrt(max(height * (2.0f - height), 0.0f));
+    p.wi = p.delta ? light.axis_z : normalize(x * around.x + y * around.y + light.axis_z * (1.0f - height));
     p.normal = -p.wi;
     p.density = p.delta ? 1.0f : 2.0f * HW_PI * light.size_y;
     return p;
@@ -109,7 +117,7 @@ HW_FN LightPoint light_point(LightRecord light, WorldDistribution world, vec2 uv
   bool inside = !disk && d2 <= radius * radius;
   vec3 tangent, bitangent;
   warp_frame(axis, tangent, bitangent);
-  vec2 on_disk = warp_disk(uv);
+  vec2 on_disk = light_disk(uv);
   vec3 on_sphere = warp_sphere(uv);
   vec3 offset = disk ? tangent * on_disk.x + bitangent * on_disk.y : on_sphere;
   vec3 d = to_center + offset * (p.delta ? 0.0f : radius);
@@ -126,33 +134,24 @@ HW_FN LightPoint light_point(LightRecord light, WorldDistribution world, vec2 uv
   return p;
 }
 
-// A candidate: uniform over the light, but for the world (by its importance map) and spheres seen from outside (the half
-// that faces P). `pdf` in the normalised measure; 0: nothing to sample.
-HW_FN vec2 light_point_sample(LightRecord light, WorldDistribution world, vec3 P, vec2 u, HW_OUT(float) pdf) {
-  pdf = 1.0f;
-  if (light.type == HW_LIGHT_TRIANGLE) return triangle_warp_area(u);
-  if (light.type == HW_LIGHT_WORLD) {
-    vec3 wi;
-    world_sample(world, u, wi, pdf);
-    pdf *= 4.0f * HW_PI;
-    return light_world_uv(wi);
+// The place of the point that a direction from P found at a distance (LightSample): the inverse of light_point.
+HW_FN vec2 light_point_uv(LightRecord light, vec3 P, HW_IN(LightSample) s) {
+  if (light.type == HW_LIGHT_TRIANGLE || light.type == HW_LIGHT_AREA) return s.uv;
+  vec3 x, y;
+  if (light.type == HW_LIGHT_SUN) {
+    warp_frame(light.axis_z, x, y);
+    float height = min(warp_cap_height(s.wi, light.axis_z) / max(light.size_y, 1e-30f), 1.0f);
+    return vec2(height, light_turn(dot(s.wi, x), dot(s.wi, y)));
   }
-  if (light.type == HW_LIGHT_AREA) {
-    bool ellipse = (light.flags & HW_LIGHT_ELLIPSE) != 0u;
-    return ellipse ? warp_disk(u) * 0.5f + vec2(0.5f) : u;
+  vec3 to_center = light.position - P;
+  vec3 offset = s.wi * s.distance - to_center;
+  float inverse_r = 1.0f / max(light.size_x, 1e-30f);
+  if (lamp_sphere_is_disk(light)) {
+    warp_frame(to_center * inversesqrt(max(dot(to_center, to_center), 1e-30f)), x, y);
+    return vec2(min(dot(offset, offset) * inverse_r * inverse_r, 1.0f), light_turn(dot(offset, x), dot(offset, y)));
   }
-  if (light.type <= HW_LIGHT_SPOT) {
-    vec3 out_of = P - light.position;
-    float d2 = dot(out_of, out_of);
-    bool half_sphere = !lamp_sphere_is_disk(light) && light.size_x > 0.0f && d2 > light.size_x * light.size_x;
-    if (!half_sphere) return u;
-    vec3 n = warp_sphere(u);
-    n = dot(n, out_of) < 0.0f ? -n : n;
-    pdf = 2.0f;
-    float phi = n.x * n.x + n.y * n.y > 0.0f ? atan(n.y, n.x) * 0.5f * HW_INV_PI : 0.0f;
-    return vec2(0.5f - 0.5f * n.z, phi < 0.0f ? phi + 1.0f : phi);
-  }
-  return u;
+  vec3 n = offset * inverse_r;
+  return vec2(clamp(0.5f - 0.5f * n.z, 0.0f, 1.0f), light_turn(n.x, n.y));
 }
 
 // Solid-angle pdf with which `path` would find the point by next-event estimation, once it has chosen the light: what

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The target function of light reuse, p_hat: luminance of the light that a point of a light sends to the viewer by way
-// of a surface, without visibility. The surface's closures are summed up as one Lambertian and one GGX lobe (with the
-// visibility term of Karis 2013), so that it costs little and the surfaces of neighbours can be kept in 32 bytes.
-// It is in the light's normalised measure (lib/light_point.h). It is positive wherever the closures are, which is all
-// that resampling asks of it (Talbot 2005); the shading of the chosen sample is exact.
+// The target function of light reuse, p_hat: an upper estimate of the luminance that a light sends to the viewer by way of
+// a surface, without visibility. The light is its proxy (lib/light_proxy.h), the same for every point of it; the
+// surface's closures are summed up as one Lambertian and one GGX lobe (with the visibility term of Karis 2013). So it
+// costs little and the surfaces of neighbours can be kept in 32 bytes. It is positive wherever light can arrive, which
+// is all that resampling asks of it (Talbot 2005); the shading of the chosen sample is exact.
 //
 // It counts the share of the light that next-event estimation is weighed with against BSDF rays (Veach 1997, power
 // heuristic): where BSDF rays find a light well, samples are not spent on it.
@@ -12,7 +12,7 @@
 #include "../shared/reuse.h"
 #include "closures.h"
 #include "frame.h"
-#include "light_point.h"
+#include "light_proxy.h"
 HW_NAMESPACE_BEGIN
 
 // Unpacked ReuseSurface.
@@ -28,8 +28,6 @@ struct TargetSurface {
 
 HW_CONST float HW_TARGET_MIN_ALPHA = 0.02f;  // keeps the lobe's peak within what half floats and MIS can bear
 HW_CONST float HW_TARGET_FLOOR = 0.01f;      // of the albedo: what closures scatter where the lobes say none
-
-HW_FN float luminance(vec3 c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
 HW_FN ReuseSurface reuse_surface_none() {
   ReuseSurface s;
@@ -90,36 +88,47 @@ HW_FN TargetSurface target_surface(HW_IN(ReuseSurface) s) {
   return t;
 }
 
-// The lobes' value with cosine [1/sr], and their solid-angle pdf as BSDF sampling would have it.
-HW_FN float target_bsdf(HW_IN(TargetSurface) s, vec3 wi, HW_OUT(float) pdf) {
-  float cosine = dot(s.normal, wi) + 1e-4f;  // what packing may have turned the normal by
-  float above = max(cosine, 0.0f);
+// p_hat of a light at a surface. `mis_scale`: how many light samples next-event estimation counts as
+// (ReuseFrame::light_mis_scale).
+HW_FN float target_value(HW_IN(TargetSurface) s, HW_IN(LightProxy) light, float mis_scale) {
+  bool sun = (light.flags & HW_PROXY_SUN) != 0u;
+  bool world = (light.flags & HW_PROXY_WORLD) != 0u;
+  vec3 to_center = sun ? light.center : light.center - s.position;
+  float d2 = max(dot(to_center, to_center), 1e-20f);
+  float inverse_d = inversesqrt(d2);
+  vec3 wi = to_center * inverse_d;
+  // Sine of the half angle the light fills: cosines at its points differ by no more from those at its middle.
+  float extent = sun ? light.radius : min(light.radius * inverse_d, 1.0f);
+  float falloff = sun ? 1.0f : 1.0f / max(d2, 0.25f * light.radius * light.radius);
+  vec2 slope = unpackHalf2x16(light.emission);
+  float at_light = -dot(octahedral_unpack(light.axis), wi);
+  at_light = (light.flags & HW_PROXY_TWO_SIDED) != 0u ? abs(at_light) : at_light;
+  float emits = clamp(slope.x * (at_light + extent) + slope.y, 0.0f, 1.0f);
+
+  float cosine = dot(s.normal, wi);
+  // 1e-4: what packing may have turned the normal by.
+  float above = clamp(cosine + extent + 1e-4f, 0.0f, 1.0f);
+  float around = clamp(abs(cosine) + extent + 1e-4f, 0.0f, 1.0f);
   vec3 h = s.wo + wi;
   h = h * inversesqrt(max(dot(h, h), 1e-12f));
   float n_h = clamp(dot(s.normal, h), 0.0f, 1.0f);
   float l_h = clamp(dot(wi, h), 0.05f, 1.0f);
-  float a2 = s.alpha * s.alpha;
+  float alpha = min(s.alpha + 0.5f * extent, 1.0f);
+  float a2 = alpha * alpha;
   float q = n_h * n_h * (a2 - 1.0f) + 1.0f;
   float d = a2 * HW_INV_PI / max(q * q, 1e-12f);
-  float lobe = d * above / (4.0f * l_h * l_h * (s.alpha + 0.5f));
-  float lambert = above * HW_INV_PI;
-  float around = abs(cosine) * HW_INV_PI;
   float sum = max(s.diffuse + s.glossy + s.transmit, 1e-20f);
-  pdf = (s.diffuse * lambert + s.glossy * d * n_h / (4.0f * l_h) + s.transmit * around) / sum;
-  return (s.diffuse + HW_TARGET_FLOOR * sum) * lambert + s.glossy * lobe + s.transmit * around;
-}
+  float lambert = ((s.diffuse + HW_TARGET_FLOOR * sum) * above + s.transmit * around) * HW_INV_PI;
+  float f = lambert + s.glossy * d * above / (4.0f * l_h * l_h * (alpha + 0.5f));
+  float bsdf_pdf = (lambert + s.glossy * d * n_h / (4.0f * l_h)) / sum;
 
-// p_hat of a light point. `choice`: probability that next-event estimation chooses the light; `mis_scale`: how many light
-// samples it counts as (FrameParams::light_mis_scale).
-HW_FN float target_value(HW_IN(TargetSurface) s, HW_IN(LightPoint) p, uint light_flags, float choice, float mis_scale) {
-  float bsdf_pdf;
-  float f = target_bsdf(s, p.wi, bsdf_pdf);
-  float light_pdf_here = mis_scale * choice / max(p.density, 1e-20f);
-  float r = bsdf_pdf / max(light_pdf_here, 1e-20f);
-  bool weighed = (light_flags & HW_LIGHT_USE_MIS) != 0u && !p.delta;
+  float seen = emits * falloff;  // of the light's area, as solid angle
+  float r = bsdf_pdf * light.area * seen * light.inverse_choice / mis_scale;
   // Never quite 0 where the exact weight may not be.
-  float weight = weighed ? max(1.0f / (1.0f + r * r), 1e-3f) : 1.0f;
-  float v = f * luminance(p.radiance) * p.density * weight;
+  float weight = (light.flags & HW_PROXY_WEIGHED) != 0u ? max(1.0f / (1.0f + r * r), 1e-3f) : 1.0f;
+  float v = f * light.intensity * seen * weight;
+  v = world ? sum * light.intensity : v;
+  v = light.inverse_choice > 0.0f ? v : 0.0f;
   return v < 1e30f ? v : 0.0f;  // NaN and overflow count as nothing
 }
 

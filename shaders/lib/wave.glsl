@@ -14,6 +14,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SurfaceArray
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SplitArray { PathSplit at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ReservoirArray { Reservoir at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ReuseSurfaceArray { ReuseSurface at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LightProxyArray { LightProxy at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer FloatBuffer { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer UintBuffer { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer CounterBuffer { RayCounters counters; };

@@ -18,6 +18,24 @@ struct ReuseSurface {
 };
 HW_CHECK_SIZE(ReuseSurface, 32)
 
+// A light reduced to what its target function needs: its middle, and how much it sends out in which directions. Made
+// from the light table once a frame (stages/light_proxies.comp).
+struct LightProxy {
+  vec3 center;        // world space [m]; suns: unit direction towards them
+  float radius;       // of a sphere about it [m]; suns: sine of the half angle; the world: 0
+  uint axis;          // the direction it emits along, octahedral
+  uint emission;      // two half floats a, b: emits clamp(a cos + b, 0, 1) at an angle to the axis
+  float intensity;    // luminance [W sr^-1] at its brightest; suns: irradiance; the world: mean radiance
+  float area;         // that faces the receiver [m^2]; suns: solid angle; 0 for true points
+  float inverse_choice;  // 1 / the probability of being chosen; 0: never
+  uint flags;            // HW_PROXY_*
+};
+HW_CHECK_SIZE(LightProxy, 40)
+HW_CONST uint HW_PROXY_SUN = 1u;
+HW_CONST uint HW_PROXY_WORLD = 2u;
+HW_CONST uint HW_PROXY_TWO_SIDED = 4u;
+HW_CONST uint HW_PROXY_WEIGHED = 8u;  // MIS against BSDF rays
+
 // A cell of the grid or a leaf of the tree. `held` is what surfaces read; it changes between passes over the picture
 // only, so that a pass sees the same state in any order of tiles. The rest gathers the samples of the pass under way.
 struct ReuseCell {
@@ -46,6 +64,7 @@ struct ReuseFrame {
   uint64_t next_screen;      // the same of this pass
   uint64_t next_screen_surfaces;
   uint64_t cells;        // ReuseCell[cell_count]
+  uint64_t proxies;      // LightProxy[lights]
   uint64_t light_remap;  // uint[]: where a light of the last frame is in this frame's table, HW_NONE: gone; 0: in place
   uint cell_count;
   uint light_remap_count;
@@ -65,7 +84,7 @@ struct ReuseFrame {
   uint pass;               // counts passes of the render, for random numbers of cells
   int fixed_exponent;      // scale of fixed-point sums (lib/reservoir.h)
 };
-HW_CHECK_SIZE(ReuseFrame, 160)
+HW_CHECK_SIZE(ReuseFrame, 168)
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_Z = 1u;
 HW_CONST uint HW_REUSE_WEIGHTS_MIS = 2u;

@@ -83,7 +83,7 @@ void main() {
   float c_1 = canonical.confidence;
   float c_all = c_1;
   float m_1 = 0.0;
-  float canonical_here = reuse_target_of(surface, canonical.light, canonical.u, canonical.v);
+  float canonical_here = reuse_target_of(surface, canonical.light);
   ReservoirStream stream = stream_begin();
   Reservoir merged = reservoir_empty(0.0);
   float support = 0.0;
@@ -108,16 +108,16 @@ void main() {
         continue;
       }
       if (pass == 2u) {
-        float p = reuse_target_of(target_surface(there), merged.light, merged.u, merged.v);
+        float p = reuse_target_of(target_surface(there), merged.light);
         support += p > 0.0 ? c_i : 0.0;
         continue;
       }
-      float here = reuse_target_of(surface, r_i.light, r_i.u, r_i.v);
+      float here = reuse_target_of(surface, r_i.light);
       float weight = stream_weight(r_i, here) * c_i;
       if (mis) {
         TargetSurface other = target_surface(there);
-        float own = reuse_target_of(other, r_i.light, r_i.u, r_i.v);
-        float canonical_there = reuse_target_of(other, canonical.light, canonical.u, canonical.v);
+        float own = reuse_target_of(other, r_i.light);
+        float canonical_there = reuse_target_of(other, canonical.light);
         weight = stream_weight(r_i, here) * mis_pairwise(c_i, c_1, c_all, own, here);
         m_1 += mis_pairwise_canonical(c_i, c_1, c_all, canonical_there, canonical_here);
       }
