@@ -62,7 +62,8 @@ def help_text(parameter) -> str:
     for integrator in readers(parameter.name):
         by_default.setdefault(_shown(integrator.defaults[parameter.name]), []).append(integrator.name)
     defaults = "; ".join(f"{', '.join(names)}: {value}" for value, names in by_default.items())
-    return f"{parameter.summary} [{defaults}]".replace("%", "%%")
+    automatic = f". {parameter.automatic}" if isinstance(parameter, Switch) and parameter.automatic else ""
+    return f"{parameter.summary} [{defaults}]{automatic}".replace("%", "%%")
 
 
 def _shown(value) -> str:
