@@ -143,6 +143,8 @@ TEST_CASE("points that cannot be told apart, extreme and invalid ones do no harm
     const KdTreeNodes t = build_kd_tree(two, 1);
     CHECK(kd_leaf(t.header(), two[0]) + kd_leaf(t.header(), two[1]) == 1);
   }
+  const KdTreeNodes tiny = build_kd_tree(std::vector<vec3>{vec3(-FLT_MIN), vec3(-FLT_MIN), vec3(-FLT_MIN), vec3(1)}, 3);
+  CHECK(kd_split(tiny.words[0]) == 0);  // not the denormal next to them
   // A third alike, as the least, the middle or the greatest: the split goes to whichever side is evener.
   for (float x : {-9.0f, 0.0f, 9.0f}) {
     std::vector<vec3> third(1000, vec3(x, 0, 0));
