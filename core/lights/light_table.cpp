@@ -18,44 +18,6 @@ constexpr std::size_t kTrianglesPerTask = 16384;
 
 double brightness(vec3 v) { return (std::max(v.x, 0.0f) + std::max(v.y, 0.0f) + std::max(v.z, 0.0f)) / 3.0; }
 
-// What a slot of an instance emits.
-struct SlotEmission {
-  bool emits = false;
-  vec3 emission{0};
-  double radiance = 0;  // for the odds
-  std::uint32_t flags = 0;
-  std::uint32_t material = HW_NONE;
-  bool back = false;  // sampled from the back only
-};
-
-SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const MaterialRecord> materials,
-                           std::size_t slot) {
-  SlotEmission e;
-  const std::size_t count = instance.slot_materials.size();
-  if (count == 0) return e;
-  const std::uint32_t index = instance.slot_materials[std::min(slot, count - 1)];
-  if (index >= materials.size()) {
-    throw SceneError("instance '" + instance.name + "': material index " + std::to_string(index) + " does not exist");
-  }
-  const MaterialRecord& m = materials[index];
-  const bool shader = (m.flags & HW_MATERIAL_EMISSION_SHADER) != 0;
-  const vec3 emission = glm::max(m.emission, vec3(0));
-  const bool finite = std::isfinite(emission.x) && std::isfinite(emission.y) && std::isfinite(emission.z);
-  e.radiance = finite ? brightness(emission) : 0;
-  // An emission that varies may be estimated as 0 and still shine somewhere.
-  if (shader && !(e.radiance > 0)) e.radiance = 1;
-  e.emits = (m.flags & HW_MATERIAL_EMISSIVE) != 0 && (m.flags & HW_MATERIAL_NO_MIS) == 0 && e.radiance > 0;
-  e.emission = e.emits && finite ? emission : vec3(0);
-  const bool front_only = (m.flags & HW_MATERIAL_EMIT_FRONT) != 0;
-  e.back = (m.flags & HW_MATERIAL_EMIT_BACK) != 0 && !front_only;
-  const std::uint32_t seen = HW_LIGHT_CAMERA | HW_LIGHT_DIFFUSE | HW_LIGHT_GLOSSY | HW_LIGHT_TRANSMISSION;
-  e.flags = HW_LIGHT_CAST_SHADOW | HW_LIGHT_USE_MIS | (instance.flags & seen);
-  if (!front_only && !e.back) e.flags |= HW_LIGHT_TWO_SIDED;
-  if (shader) e.flags |= HW_LIGHT_SHADER;
-  e.material = index;
-  return e;
-}
-
 struct Task {
   std::size_t instance, begin, end;
 };
@@ -205,6 +167,34 @@ void write_alias(LightSelection selection, LightTable& table) {
 bool is_sun(const LightData& lamp) { return lamp.type == HW_LIGHT_SUN; }
 
 }  // namespace
+
+SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const MaterialRecord> materials,
+                           std::size_t slot) {
+  SlotEmission e;
+  const std::size_t count = instance.slot_materials.size();
+  if (count == 0) return e;
+  const std::uint32_t index = instance.slot_materials[std::min(slot, count - 1)];
+  if (index >= materials.size()) {
+    throw SceneError("instance '" + instance.name + "': material index " + std::to_string(index) + " does not exist");
+  }
+  const MaterialRecord& m = materials[index];
+  const bool shader = (m.flags & HW_MATERIAL_EMISSION_SHADER) != 0;
+  const vec3 emission = glm::max(m.emission, vec3(0));
+  const bool finite = std::isfinite(emission.x) && std::isfinite(emission.y) && std::isfinite(emission.z);
+  e.radiance = finite ? brightness(emission) : 0;
+  // An emission that varies may be estimated as 0 and still shine somewhere.
+  if (shader && !(e.radiance > 0)) e.radiance = 1;
+  e.emits = (m.flags & HW_MATERIAL_EMISSIVE) != 0 && (m.flags & HW_MATERIAL_NO_MIS) == 0 && e.radiance > 0;
+  e.emission = e.emits && finite ? emission : vec3(0);
+  const bool front_only = (m.flags & HW_MATERIAL_EMIT_FRONT) != 0;
+  e.back = (m.flags & HW_MATERIAL_EMIT_BACK) != 0 && !front_only;
+  const std::uint32_t seen = HW_LIGHT_CAMERA | HW_LIGHT_DIFFUSE | HW_LIGHT_GLOSSY | HW_LIGHT_TRANSMISSION;
+  e.flags = HW_LIGHT_CAST_SHADOW | HW_LIGHT_USE_MIS | (instance.flags & seen);
+  if (!front_only && !e.back) e.flags |= HW_LIGHT_TWO_SIDED;
+  if (shader) e.flags |= HW_LIGHT_SHADER;
+  e.material = index;
+  return e;
+}
 
 LightTable build_light_table(const LightTableInput& input) {
   LightTable table;

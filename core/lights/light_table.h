@@ -78,6 +78,18 @@ LightTable build_light_table(const LightTableInput& input);
 // the table was built; throws SceneError otherwise. Call build_light_table instead when the selection changed.
 void update_light_table(LightTable& table, const LightTableInput& input, std::span<const std::uint32_t> moved);
 
+// What a material slot of an instance emits. Throws SceneError naming the instance for a material that does not exist.
+struct SlotEmission {
+  bool emits = false;
+  vec3 emission{0};     // constant emission, radiance
+  double radiance = 0;  // for the odds
+  std::uint32_t flags = 0;
+  std::uint32_t material = HW_NONE;
+  bool back = false;  // sampled from the back only
+};
+SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const MaterialRecord> materials,
+                           std::size_t slot);
+
 // One lamp's record and shape, and its flux estimate [W]. `reason` says why it does not emit, empty when it does.
 struct Lamp {
   LightRecord record;

@@ -48,6 +48,8 @@ InstanceGroup Scene::Impl::slice(const InstanceGroup& group, std::size_t begin, 
   if (!group.random_ids.empty())
     part.random_ids.assign(group.random_ids.begin() + begin, group.random_ids.begin() + end);
   part.revision = group.revision;
+  part.placed_revision = group.placed_revision;
+  part.shared_revision = group.shared_revision;
   part.moved_frame = group.moved_frame;
   part.created_frame = group.created_frame;
   return part;
@@ -93,7 +95,7 @@ void Scene::Impl::set_instances(Id first, const InstanceData& shared, const floa
         std::memcpy(group.matrices.data(), matrices, count * sizeof(Matrix34));
       }
       instances_moved = true;
-      group.revision = revision++;
+      group.revision = group.placed_revision = revision++;
     }
     if (!same) {
       const bool relayout = group.shared.mesh != common.mesh || group.shared.materials != common.materials;
@@ -102,7 +104,7 @@ void Scene::Impl::set_instances(Id first, const InstanceData& shared, const floa
       group.random_ids = ids;
       use_group(group, 1);
       instances_other = true;
-      group.revision = revision++;
+      group.revision = group.shared_revision = revision++;
       if (relayout) touch_layout();
     }
     return;
@@ -135,7 +137,7 @@ void Scene::Impl::set_instances(Id first, const InstanceData& shared, const floa
     use_group(it->second, -1);
     instance_count -= it->second.matrices.size();
   }
-  fresh.revision = revision++;
+  fresh.revision = fresh.placed_revision = fresh.shared_revision = revision++;
   instance_count += count;
   use_group(fresh, 1);
   groups.emplace_hint(end, first, std::move(fresh));

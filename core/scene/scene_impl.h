@@ -42,6 +42,8 @@ struct InstanceGroup {
   std::vector<Matrix34> previous;         // last frame's; empty: the same as `matrices`
   std::vector<std::uint32_t> random_ids;  // empty: shared.random_id for all
   std::uint64_t revision = 0;             // of anything in the group
+  std::uint64_t placed_revision = 0;      // of `matrices`
+  std::uint64_t shared_revision = 0;      // of all else: `shared`, `random_ids`
   std::uint64_t moved_frame = 0;          // commit count when `previous` was filled
   std::uint64_t created_frame = 0;        // commit count when it came: it has no last place in that frame
 };
@@ -76,7 +78,7 @@ struct Scene::Impl {
   bool has_camera = false;
   std::size_t instance_count = 0;
 
-  std::uint64_t revision = 1;         // the next change's revision
+  std::uint64_t revision = 2;         // the next change's revision; those below start at the one before any change
   std::uint64_t frame = 0;            // commits so far
   std::uint64_t layout_revision = 1;  // instances came, went, or changed mesh or slots
   std::uint64_t lights_revision = 1, materials_revision = 1, images_revision = 1, world_revision = 1,

@@ -18,6 +18,7 @@
 #include "gpu/device.h"
 #include "lights/light_table.h"
 #include "lights/world_distribution.h"
+#include "scene/light_identity.h"
 #include "scene/scene.h"
 #include "scene/shading_classes.h"
 #include "scene/upload.h"
@@ -65,6 +66,13 @@ class Tables {
   std::optional<GridSize> world_luminance_wanted() const;
   void set_world_luminance(std::span<const float> luminance, std::uint32_t width, std::uint32_t height);
 
+  // How the lights of the table differ from those at the last call of take_light_changes() (before the first: from no
+  // lights), over all that came between: updates, the world's luminance, another way to choose lights. Places are those
+  // of the table as it is now. `remap` counts the lights that cannot be chosen, also when Root::light_count is 0.
+  const LightChanges& light_changes() const { return lights_->changes; }
+  // Returns them and begins anew: call it when what was kept from earlier frames has been brought in line.
+  LightChanges take_light_changes();
+
   // Addresses that the session owns.
   void set_luts(VkDeviceAddress address) { set_address(root_.luts, address); }
 
@@ -101,6 +109,10 @@ class Tables {
     float input_radius = 0;
     LightSelection selection = LightSelection::kPower;
     LightTable table;
+    LightSnapshot now, taken;  // of `table`, and as it was when changes were last taken
+    bool noted = false;        // `now` is newer than `taken`
+    std::uint64_t noted_images = 0;
+    LightChanges changes;  // from `taken` to `now`
   };
 
   void set_address(std::uint64_t& where, VkDeviceAddress address) { root_dirty_ |= where != address, where = address; }
@@ -120,6 +132,8 @@ class Tables {
   void gather_lamps();
   void gather_world();
   void gather_instances(std::vector<EmissiveInstance>& instances, std::vector<std::uint32_t>& moved) const;
+  void note_lights(std::span<const EmissiveInstance> instances, std::span<const std::uint32_t> moved, bool rebuilt);
+  void note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances);
   float scene_radius() const;
   void relight();
   void update_root();

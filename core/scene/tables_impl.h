@@ -17,9 +17,11 @@ struct Tables::MeshSlot {
   bool traced = false;   // the Tracer has it
   bool changed = false;  // uploaded by the update that is under way
   std::unique_ptr<Buffer> positions, arrays;
-  std::size_t tri_vertices_at = 0;  // byte offset in `arrays`
-  std::unique_ptr<Buffer> motion;   // last frame's positions
-  std::uint64_t motion_frame = 0;   // commit count in which they were the last frame's
+  std::size_t tri_vertices_at = 0;      // byte offset in `arrays`
+  std::uint64_t topology = 0;           // topology_hash(), worked out where the mesh emits
+  std::uint64_t topology_revision = 0;  // of the scene's entry when it was
+  std::unique_ptr<Buffer> motion;       // last frame's positions
+  std::uint64_t motion_frame = 0;       // commit count in which they were the last frame's
 };
 
 struct Tables::ImageSlot {
@@ -28,6 +30,7 @@ struct Tables::ImageSlot {
 };
 
 struct Tables::GroupSlot {
+  Id first = 0;
   const InstanceGroup* group = nullptr;
   const MeshEntry* mesh = nullptr;
   const MeshSlot* mesh_slot = nullptr;
@@ -44,6 +47,9 @@ struct Tables::GroupSlot {
 
 // What instances without a material show: Root::materials[0].
 MaterialData default_material();
+
+// InstanceRecord::key of the instance with this id: a hash, never HW_NONE.
+std::uint32_t object_key(Id id);
 
 // An instance's matrix as it is traced and shaded, and its inverse. A matrix that flattens one axis (scale 0 in Z, say)
 // is given a thickness of 1e-4 of its other scales along that axis: rays then meet the flattened object where it lies.

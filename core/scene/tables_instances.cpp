@@ -24,6 +24,15 @@ void add_box(double* low, double* high, const float* m, const MeshSummary& box) 
 
 }  // namespace
 
+std::uint32_t object_key(Id id) {
+  // The finaliser of MurmurHash3: neighbouring ids, and ids that differ in their upper half alone, part in every bit.
+  std::uint64_t h = id;
+  h = (h ^ h >> 33) * 0xff51afd7ed558ccdull;
+  h = (h ^ h >> 33) * 0xc4ceb9fe1a85ec53ull;
+  const auto key = static_cast<std::uint32_t>(h ^ h >> 33);
+  return key == HW_NONE ? 0u : key;
+}
+
 Placement place(const Matrix34& object_to_world) {
   Placement out;
   const Matrix34& m = object_to_world;
@@ -70,6 +79,7 @@ void Tables::lay_out_instances() {
   std::uint32_t base = 0;
   for (const auto& [id, group] : scene.groups) {
     GroupSlot slot;
+    slot.first = id;
     slot.group = &group;
     slot.mesh = &scene.meshes.at(group.shared.mesh);
     slot.mesh_slot = &meshes_.at(group.shared.mesh);
@@ -128,9 +138,12 @@ void Tables::write_group(GroupSlot& slot) {
     const bool hittable = placement.visible && box.triangle_count > 0;
     std::copy(placement.matrix, placement.matrix + 12, record.object_to_world);
     std::copy(placement.inverse, placement.inverse + 12, record.world_to_object);
-    const float* previous = group.previous.empty() ? placement.matrix : group.previous[i].data();
-    std::copy(previous, previous + 12, record.previous_object_to_world);
+    // The last place is thickened like the present one where the matrix is flat: what stands still has no motion.
+    const bool moved = !group.previous.empty() && group.previous[i] != group.matrices[i];
+    const Placement last = moved ? place(group.previous[i]) : placement;
+    std::copy(last.matrix, last.matrix + 12, record.previous_object_to_world);
     record.mask = hittable ? slot.mask : 0;
+    record.key = object_key(slot.first + i);
     record.random_id = group.random_ids.empty() ? group.shared.random_id : group.random_ids[i];
     record.flags = group.shared.flags | (placement.mirrored ? HW_INSTANCE_MIRRORED : 0u) |
                    totals_.classes.class_of(slot.features) << HW_INSTANCE_CLASS_SHIFT;

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "scene/tables_impl.h"
 
@@ -35,15 +37,19 @@ Tables::GridSize importance_size(const Scene::Impl& scene) {
   return {width, width / 2};
 }
 
+// Newest revision of a material's program and its images.
+std::uint64_t program_revision(const Scene::Impl& scene, Id id) {
+  const MaterialEntry& material = scene.materials.at(id);
+  std::uint64_t revision = material.revision;
+  for (Id image : material.data.images)
+    if (image != 0) revision = std::max(revision, scene.images.at(image).revision);
+  return revision;
+}
+
 // Newest revision of what the world's luminance depends on.
 std::uint64_t world_revision(const Scene::Impl& scene) {
-  std::uint64_t revision = scene.world_revision;
-  if (scene.world.material == 0) return revision;
-  const MaterialEntry& material = scene.materials.at(scene.world.material);
-  revision = std::max(revision, material.revision);
-  for (Id id : material.data.images)
-    if (id != 0) revision = std::max(revision, scene.images.at(id).revision);
-  return revision;
+  if (scene.world.material == 0) return scene.world_revision;
+  return std::max(scene.world_revision, program_revision(scene, scene.world.material));
 }
 
 }  // namespace
@@ -134,10 +140,11 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   const float radius = scene_radius();
   if (radius != state.input_radius && (!state.lamps.empty() || state.world.emits)) lights_dirty_ = true;
   state.input_radius = radius;
-  if (lights_dirty_ || lights_layout_dirty_) {
-    std::vector<EmissiveInstance> instances;
-    std::vector<std::uint32_t> moved;
-    gather_instances(instances, moved);
+  const bool relight = lights_dirty_ || lights_layout_dirty_;
+  std::vector<EmissiveInstance> instances;
+  std::vector<std::uint32_t> moved;
+  if (relight || state.noted_images != scene.images_revision) gather_instances(instances, moved);
+  if (relight) {
     LightTableInput input;
     input.lamps = state.lamps;
     input.instances = instances;
@@ -163,6 +170,10 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
         instance_table_.edit(at, 1)->light_offset = state.table.instance_offset[i];
     }
     tracer_.set_lamps(state.table.shapes);
+  }
+  // Images change what programs emit, and nothing in the table.
+  if (relight || state.noted_images != scene.images_revision) note_lights(instances, moved, lights_layout_dirty_);
+  if (relight) {
     lights_dirty_ = lights_layout_dirty_ = false;
     seen_lights_ = scene.lights_revision;
   }
@@ -179,6 +190,91 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   counts.bytes_uploaded += light_table_.flush(uploader) + alias_table_.flush(uploader) + world_table_.flush(uploader) +
                            instance_table_.flush(uploader);
   counts.lights_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// `rebuilt`: all triangles were written, else those of the instances listed in `moved`.
+void Tables::note_lights(std::span<const EmissiveInstance> instances, std::span<const std::uint32_t> moved,
+                         bool rebuilt) {
+  LightState& state = *lights_;
+  const LightTable& table = state.table;
+  const Scene::Impl& scene = scene_.impl();
+  LightSnapshot next;
+  next.count = static_cast<std::uint32_t>(table.lights.size());
+  next.lamps.reserve(state.lamps.size());
+  for (std::size_t i = 0; i < state.lamps.size(); ++i) {
+    const std::uint32_t index = table.lamp_index[i];
+    const double radius = state.lamps[i].type == HW_LIGHT_SUN ? state.input_radius : 1;
+    next.lamps.push_back({state.lamp_kinds[i].first, index, table.lights[index],
+                          static_cast<float>(table.weights[index] / (radius * radius))});
+  }
+  next.world.index = table.world_light;
+  next.world.flags = scene.world.flags;
+  if (scene.world.material != 0)
+    next.world.program = world_revision(scene);
+  else
+    next.world.color = vec3(scene.world.color[0], scene.world.color[1], scene.world.color[2]);
+  note_emitters(next, instances);
+  next.flux = state.now.flux;
+  next.flux.resize(instances.size());
+  const auto sum = [&](std::size_t i) {
+    const auto begin = table.weights.begin() + table.instance_offset[i];
+    next.flux[i] = static_cast<float>(std::accumulate(begin, begin + instances[i].tri_vertices.size() / 3, 0.0));
+  };
+  if (rebuilt)
+    for (std::size_t i = 0; i < instances.size(); ++i) sum(i);
+  else
+    for (std::uint32_t i : moved) sum(i);
+  state.now = std::move(next);
+  state.noted = true;
+  state.noted_images = scene.images_revision;
+  state.changes = compare_lights(state.taken, state.now);
+}
+
+void Tables::note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances) {
+  const Scene::Impl& scene = scene_.impl();
+  const std::span<const MaterialRecord> materials(material_table_.data(), material_table_.size());
+  std::size_t at = 0;  // among `instances`, which are those of the emissive groups in their order
+  for (const auto& [id, slot] : groups_) {
+    if (!slot.emissive) continue;
+    const InstanceGroup& group = *slot.group;
+    MeshSlot& mesh = meshes_.at(group.shared.mesh);
+    if (mesh.topology_revision != slot.mesh->revision) {
+      mesh.topology = topology_hash(slot.mesh->arrays.tri_vertices, slot.mesh->arrays.tri_slots);
+      mesh.topology_revision = slot.mesh->revision;
+    }
+    LightSnapshot::Emitters emitters{};
+    emitters.first = id;
+    emitters.instances = static_cast<std::uint32_t>(group.matrices.size());
+    emitters.triangles = slot.light_triangles;
+    emitters.index = lights_->table.instance_offset[at];
+    emitters.slot_begin = static_cast<std::uint32_t>(next.slots.size());
+    emitters.slot_count = slot.mesh->summary.max_slot + 1u;
+    emitters.flux_begin = static_cast<std::uint32_t>(at);
+    emitters.topology = mesh.topology;
+    emitters.placed = group.placed_revision;
+    emitters.shape = slot.mesh->revision;
+    emitters.appearance = group.shared_revision;
+    const std::vector<Id>& ids = group.shared.materials;
+    for (std::size_t s = 0; s < emitters.slot_count; ++s) {
+      LightSnapshot::Slot& light = next.slots.emplace_back();
+      const SlotEmission emission = slot_emission(instances[at], materials, s);
+      if (!emission.emits) continue;
+      light.radiance = static_cast<float>(emission.radiance);
+      light.emission = emission.emission;
+      light.flags = emission.flags;
+      light.back = emission.back;
+      if (emission.flags & HW_LIGHT_SHADER) light.program = program_revision(scene, ids[std::min(s, ids.size() - 1)]);
+    }
+    next.emitters.push_back(emitters);
+    at += group.matrices.size();
+  }
+}
+
+LightChanges Tables::take_light_changes() {
+  LightState& state = *lights_;
+  if (state.noted) state.taken = state.now;
+  state.noted = false;
+  return std::exchange(state.changes, {});
 }
 
 std::optional<Tables::GridSize> Tables::world_luminance_wanted() const { return lights_->wanted; }

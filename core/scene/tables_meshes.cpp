@@ -62,7 +62,9 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
   // The positions it had become last frame's, unless nothing moved (on a device with its own memory there is nothing
   // left to compare with: then they count as moved).
   std::unique_ptr<Buffer> last;
-  const bool deformed = slot.positions && slot.vertex_count == summary.vertex_count && summary.vertex_count > 0 &&
+  // Set before the last frame, it has stood still since.
+  const bool deformed = slot.positions && entry.set_frame + 1 == scene.frame &&
+                        slot.vertex_count == summary.vertex_count && summary.vertex_count > 0 &&
                         !(positions->mapped() &&
                           std::memcmp(positions->mapped(), slot.positions->mapped(), from.positions.size_bytes()) == 0);
 

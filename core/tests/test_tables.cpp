@@ -7,82 +7,13 @@
 #include <memory>
 #include <vector>
 
-#include "scene/tables_impl.h"
 #include "shared/material_program.h"
-
-namespace hw {
-
-struct TablesInspector {
-  explicit TablesInspector(const Tables& tables) : t(tables) {}
-  const InstanceRecord& instance(std::size_t i) const { return t.instance_table_[i]; }
-  const MeshRecord& mesh(Id id) const { return t.mesh_table_[t.meshes_.at(id).record]; }
-  const MaterialRecord& material(std::size_t i) const { return t.material_table_[i]; }
-  const ImageRecord& image(std::size_t i) const { return t.image_table_[i]; }
-  const LightRecord& light(std::size_t i) const { return t.light_table_[i]; }
-  const AliasEntry& alias(std::size_t i) const { return t.alias_table_[i]; }
-  std::uint32_t slot(std::size_t i) const { return t.slot_table_[i]; }
-  std::uint32_t program_word(std::size_t i) const { return t.program_table_[i]; }
-  std::size_t images() const { return t.image_table_.size(); }
-  const float* positions(Id id) const { return t.meshes_.at(id).positions->as<float>(); }
-  const Tables& t;
-};
-
-}  // namespace hw
+#include "table_rig.h"
 
 namespace {
 
 using namespace hw;
-
-Device& device() {
-  static Device d("cpu");
-  return d;
-}
-
-Matrix34 at(float x, float y = 0, float z = 0) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z}; }
-
-// A square of side 2 about the origin in z = 0.
-MeshData quad(float z = 0) {
-  MeshData mesh;
-  mesh.name = "quad";
-  mesh.positions = {-1, -1, z, 1, -1, z, 1, 1, z, -1, 1, z};
-  mesh.tri_vertices = {0, 1, 2, 0, 2, 3};
-  return mesh;
-}
-
-InstanceData instance_of(Id mesh, Matrix34 matrix = at(0), std::vector<Id> materials = {}) {
-  InstanceData data;
-  data.name = "thing";
-  data.mesh = mesh;
-  data.object_to_world = matrix;
-  data.materials = std::move(materials);
-  return data;
-}
-
-MaterialData material(std::uint32_t flags, float emission = 0) {
-  MaterialData data = default_material();
-  data.flags = flags;
-  data.emission = {emission, emission, emission};
-  return data;
-}
-
-LightData lamp(std::uint32_t type, float x) {
-  LightData data;
-  data.name = "lamp";
-  data.type = type;
-  data.object_to_world = at(x);
-  return data;
-}
-
-struct Rig {
-  Scene scene;
-  std::unique_ptr<Tracer> tracer = make_tracer(device(), "embree", 2);
-  Tables tables{device(), scene, *tracer};
-  TablesInspector see{tables};
-  TableCounts update() {
-    scene.commit();
-    return tables.update();
-  }
-};
+using namespace hw::table_rig;
 
 // What a ray down from z = 10 at (x, y) hits.
 Hit trace(Tracer& tracer, float x, float y, std::uint32_t mask = 0xff) {

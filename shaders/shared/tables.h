@@ -52,8 +52,9 @@ struct InstanceRecord {
   float shadow_terminator_offset;  // Cycles' geometry offset, 0..1
   vec3 generated_min;              // texture space of the mesh for Generated coordinates: min and 1/size
   vec3 generated_scale;
+  uint key;  // which object this is (hw::object_key): the same wherever its record lies in the table, never HW_NONE
 };
-HW_CHECK_SIZE(InstanceRecord, 216)
+HW_CHECK_SIZE(InstanceRecord, 220)
 HW_CONST uint HW_INSTANCE_MIRRORED = 1u;  // negative determinant
 HW_CONST uint HW_INSTANCE_HOLDOUT = 2u;
 HW_CONST uint HW_INSTANCE_SHADOW_CATCHER = 4u;
