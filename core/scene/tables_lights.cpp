@@ -140,11 +140,11 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   const float radius = scene_radius();
   if (radius != state.input_radius && (!state.lamps.empty() || state.world.emits)) lights_dirty_ = true;
   state.input_radius = radius;
-  const bool relight = lights_dirty_ || lights_layout_dirty_;
+  const bool dirty = lights_dirty_ || lights_layout_dirty_;
   std::vector<EmissiveInstance> instances;
   std::vector<std::uint32_t> moved;
-  if (relight || state.noted_images != scene.images_revision) gather_instances(instances, moved);
-  if (relight) {
+  if (dirty || state.noted_images != scene.images_revision) gather_instances(instances, moved);
+  if (dirty) {
     LightTableInput input;
     input.lamps = state.lamps;
     input.instances = instances;
@@ -172,8 +172,8 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     tracer_.set_lamps(state.table.shapes);
   }
   // Images change what programs emit, and nothing in the table.
-  if (relight || state.noted_images != scene.images_revision) note_lights(instances, moved, lights_layout_dirty_);
-  if (relight) {
+  if (dirty || state.noted_images != scene.images_revision) note_lights(instances, moved, lights_layout_dirty_);
+  if (dirty) {
     lights_dirty_ = lights_layout_dirty_ = false;
     seen_lights_ = scene.lights_revision;
   }
