@@ -4,6 +4,7 @@
 
 #include "integrators/path.h"
 #include "integrators/restir.h"
+#include "integrators/wssr.h"
 #include "session/session.h"
 
 namespace hw {
@@ -27,6 +28,9 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
     context.reservoirs.clear();
     return std::make_unique<PathIntegrator>(context);
   }
+  if (name == "wssr-kd") return std::make_unique<WssrIntegrator>(context, CellStructure::kTree);
+  if (name == "wssr-grid") return std::make_unique<WssrIntegrator>(context, CellStructure::kGrid);
+  if (name == "wssr-grid-reproject") return std::make_unique<WssrIntegrator>(context, CellStructure::kGridReproject);
   return std::make_unique<RestirIntegrator>(context, name == "restir-reproject");
 }
 

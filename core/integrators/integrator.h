@@ -14,6 +14,7 @@
 
 #include "gpu/device.h"
 #include "reservoirs/reservoir_store.h"
+#include "scene/light_identity.h"
 #include "session/settings.h"
 #include "stages/stage.h"
 #include "stages/wave.h"
@@ -35,7 +36,10 @@ struct IntegratorContext {
   ReservoirStore& reservoirs;    // kept over frames
   std::uint32_t light_count;     // in the light table
   float light_power;             // estimate of all they send out [W]
+  LightChanges light_changes;    // since the last render of the session
+  vec3 camera_position;          // world space
   std::uint32_t width, height;   // of the region that is rendered, pixels
+  int threads;                   // of the host, 0: all
 };
 
 // The value of constant 0, the features.

@@ -20,19 +20,28 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
 
 void RestirIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
-  if (!context_.settings.continue_history || store.integrator != context_.settings.integrator || !store.screen ||
+  if (!context_.settings.continue_history || store.kind != context_.settings.integrator || !store.screen ||
       !store.screen->fits(context_.width, context_.height)) {
     store.clear();
     store.screen = std::make_unique<ScreenReservoirs>(context_.device, context_.width, context_.height);
-    store.integrator = context_.settings.integrator;
+    store.kind = context_.settings.integrator;
   }
   ReuseFrame& frame = context_.wave.params().reuse;
   apply_reuse(frame, params_, context_.settings.width, context_.settings.height);
   buffers_.fill(frame);
+  buffers_.follow_lights(context_.device, frame, context_.light_changes);
   if (reproject_) frame.flags |= HW_REUSE_REPROJECT;
   if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY | HW_REUSE_NEW_FRAME;
+  store.screen->fill(frame);
   context_.wave.write_params(context_.device);
   make_light_proxies(commands, context_);
+  if (store.screen->has_history) {
+    const Push push{.a = store.screen->pixels()};
+    commands.begin_stage("reuse");
+    commands.dispatch(context_.kernels.get("screen_begin", context_.constants), push.bytes(),
+                      (push.a + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+    commands.flush();
+  }
 }
 
 int RestirIntegrator::preparations() const { return context_.reservoirs.screen->has_history ? 0 : 1; }

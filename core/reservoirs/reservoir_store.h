@@ -6,18 +6,21 @@
 #include <memory>
 #include <string>
 
+#include "reservoirs/cell_reservoirs.h"
 #include "reservoirs/screen_reservoirs.h"
 
 namespace hw {
 
 struct ReservoirStore {
-  std::string integrator;  // that they are for
+  std::string kind;  // the integrator and the settings that decide about layout; others start anew
   std::unique_ptr<ScreenReservoirs> screen;
+  std::unique_ptr<CellReservoirs> cells;
 
-  std::uint64_t bytes() const { return screen ? screen->bytes() : 0; }
+  std::uint64_t bytes() const { return (screen ? screen->bytes() : 0) + (cells ? cells->bytes() : 0); }
   void clear() {
-    integrator.clear();
+    kind.clear();
     screen.reset();
+    cells.reset();
   }
 };
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "gpu/device.h"
+#include "scene/light_identity.h"
 #include "session/reuse_settings.h"
 #include "shared/path.h"
 #include "stages/stage.h"
@@ -17,10 +18,12 @@ class ReuseWave {
  public:
   // `cells`: paths offer samples to cells. `lights`: in the light table. Throws OutOfMemory.
   ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t lights, bool cells);
+  // What samples kept from the last frame need to know about the lights.
+  void follow_lights(Device& device, ReuseFrame& frame, const LightChanges& changes);
   // Points a frame's parameters at the buffers.
   void fill(ReuseFrame& frame) const;
 
-  std::unique_ptr<Buffer> reservoirs, targets, race_keys, path_cells, proxies;
+  std::unique_ptr<Buffer> reservoirs, targets, race_keys, path_cells, proxies, light_remap;
   std::unique_ptr<Queue> visible;  // candidates whose visibility is asked for
 
  private:

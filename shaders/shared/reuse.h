@@ -3,8 +3,10 @@
 // resampling, and cells of the world-space structures.
 #ifndef HW_REUSE_H
 #define HW_REUSE_H
+#include "kd_tree.h"
 #include "portable.h"
 #include "reservoir.h"
+#include "world_grid.h"
 HW_NAMESPACE_BEGIN
 
 // A shading point reduced to what its target function needs (lib/reuse_target.h): one diffuse and one glossy lobe.
@@ -39,7 +41,7 @@ HW_CONST uint HW_PROXY_WEIGHED = 8u;  // MIS against BSDF rays
 // A cell of the grid or a leaf of the tree. `held` is what surfaces read; it changes between passes over the picture
 // only, so that a pass sees the same state in any order of tiles. The rest gathers the samples of the pass under way.
 struct ReuseCell {
-  uint64_t sum;   // fixed-point sum of resampling weights (lib/reservoir.h)
+  uint64_t sum;   // fixed-point sum of resampling weights (lib/reservoir_race.h)
   uint64_t best;  // race key of the winner so far; all bits set: none
   Reservoir held;
   uint tag;            // what the cell stands for (lib/world_grid.h); another one: the cell has moved on and is empty
@@ -64,6 +66,7 @@ struct ReuseFrame {
   uint64_t next_screen;      // the same of this pass
   uint64_t next_screen_surfaces;
   uint64_t cells;        // ReuseCell[cell_count]
+  KdTree tree;           // wssr-kd: cells are its leaves
   uint64_t proxies;      // LightProxy[lights]
   uint64_t light_remap;  // uint[]: where a light of the last frame is in this frame's table, HW_NONE: gone; 0: in place
   uint cell_count;
@@ -82,9 +85,11 @@ struct ReuseFrame {
   uint cell_inputs;        // 0: all
   uint cell_slots;         // reservoirs a cell
   uint pass;               // counts passes of the render, for random numbers of cells
-  int fixed_exponent;      // scale of fixed-point sums (lib/reservoir.h)
+  int fixed_exponent;      // scale of fixed-point sums (lib/reservoir_race.h)
+  WorldGrid grid;          // wssr-grid: cells are its cells
+  uint pad;
 };
-HW_CHECK_SIZE(ReuseFrame, 168)
+HW_CHECK_SIZE(ReuseFrame, 232)
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_Z = 1u;
 HW_CONST uint HW_REUSE_WEIGHTS_MIS = 2u;

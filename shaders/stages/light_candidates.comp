@@ -43,9 +43,9 @@ void main() {
     return;
   }
   ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), point.closure_count);
-  uint key = InstanceTable(HW_ROOT.instances).at[HitArray(HW_FRAME.hits).at[path].instance].random_id;
+  uint key = InstanceTable(HW_ROOT.instances).at[HitArray(HW_FRAME.hits).at[path].instance].key;
   vec3 wo = -RayArray(HW_FRAME.rays).at[path].direction;
-  ReuseSurface surface = reuse_surface(list, point.position, wo, point.shading_normal, min(key, HW_NONE - 1u));
+  ReuseSurface surface = reuse_surface(list, point.position, wo, point.shading_normal, key);
   Reservoir r = choose_light(target_surface(surface), state, primary ? HW_REUSE.candidates : HW_REUSE.indirect_candidates);
 
   // A point on it. Its density in the light's normalised measure: solid-angle pdf times solid angle per measure.

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// World-space reuse as a list of stages, in the place of path's light sample:
+//   surface → light candidates → cell insert → cell winner → cell reuse → shade …   and after a pass: cell update
+// One sample of every pixel is a pass; its surfaces read the cells as the last pass left them, and offer their canonical
+// samples for the next. A render without history is preceded by passes that leave no light: for the tree one that
+// gathers the first surfaces it is built over (camera → trace), then one that fills the cells.
+#include "integrators/wssr.h"
+
+#include <cmath>
+
+#include "lib/reservoir_race.h"
+#include "lib/world_grid.h"
+
+namespace hw {
+
+namespace {
+
+bool tree(CellStructure s) { return s == CellStructure::kTree; }
+
+const Kernel& kernel(const IntegratorContext& context, const std::string& name, CellStructure structure) {
+  return context.kernels.get(tree(structure) ? name + "_tree" : name, context.constants);
+}
+
+// What decides how many cells there are and what they stand for.
+std::string layout(const RenderSettings& settings, const ReuseParams& p) {
+  return settings.integrator + " " + std::to_string(p.reservoirs_per_cell) + " " + std::to_string(p.points_per_leaf) +
+         " " + std::to_string(p.grid_resolution) + " " + std::to_string(p.grid_extent) + (p.grid_rides ? " rides" : "");
+}
+
+}  // namespace
+
+WssrIntegrator::WssrIntegrator(const IntegratorContext& context, CellStructure structure)
+    : context_(context),
+      params_(resolve_reuse(context.settings)),
+      structure_(structure),
+      stages_(context, true),
+      buffers_(context.device, context.wave.capacity(), context.light_count, true),
+      candidates_(context.kernels.get("light_candidates", context.constants)),
+      insert_(kernel(context, "cell_insert", structure)),
+      winner_(context.kernels.get("cell_winner", context.constants)),
+      reuse_(kernel(context, "cell_reuse", structure)),
+      begin_(kernel(context, "cell_begin", structure)),
+      update_(context.kernels.get("cell_update", context.constants)) {}
+
+void WssrIntegrator::per_cell(Commands& commands, const Kernel& kernel, std::uint32_t b) {
+  const std::uint32_t count = context_.reservoirs.cells->count();
+  const Push push{.a = count, .b = b};
+  commands.dispatch(kernel, push.bytes(), (count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+}
+
+void WssrIntegrator::begin_frame(Commands& commands) {
+  ReservoirStore& store = context_.reservoirs;
+  ReuseFrame& frame = context_.wave.params().reuse;
+  apply_reuse(frame, params_, context_.settings.width, context_.settings.height);
+  buffers_.fill(frame);
+  buffers_.follow_lights(context_.device, frame, context_.light_changes);
+  if (structure_ == CellStructure::kGridReproject) frame.flags |= HW_REUSE_REPROJECT;
+  // Typical weights are irradiances at some metres from the lights: well below their power.
+  frame.fixed_exponent = fixed_exponent(context_.light_power) - 8;
+  frame.grid = world_grid(context_.camera_position, params_.grid_extent, params_.grid_resolution,
+                          params_.reservoirs_per_cell, params_.grid_rides);
+  frame.pass = context_.settings.first_sample;
+  const std::string kind = layout(context_.settings, params_);
+  const bool keeps = context_.settings.continue_history && store.kind == kind && store.cells && store.cells->has_history;
+  if (!keeps) {
+    store.clear();
+    store.kind = kind;
+  }
+  context_.wave.write_params(context_.device);
+  make_light_proxies(commands, context_);
+  first_ = -1;
+  preparations_ = keeps ? 0 : 1;
+  if (!keeps && tree(structure_)) {
+    preparations_ = 2;
+    first_ = 0;
+    points_.clear();
+    points_.reserve(std::size_t(context_.width) * context_.height);
+    return;
+  }
+  if (!keeps) store.cells = CellReservoirs::of_grid(context_.device, params_.grid_resolution, params_.reservoirs_per_cell);
+  start_cells(commands, !keeps);
+}
+
+void WssrIntegrator::start_cells(Commands& commands, bool empty) {
+  context_.reservoirs.cells->fill(context_.wave.params().reuse);
+  context_.wave.write_params(context_.device);
+  commands.begin_stage("cells");
+  per_cell(commands, begin_, empty ? 1 : 0);
+  commands.flush();
+}
+
+// The first surfaces of the wave's camera rays, from rays and hits.
+void WssrIntegrator::take_points(Commands& commands) {
+  commands.flush();
+  const std::uint32_t count = context_.wave.params().wave_pixels;
+  std::vector<Ray> rays(count);
+  std::vector<Hit> hits(count);
+  context_.device.read(*context_.wave.rays, 0, std::as_writable_bytes(std::span(rays)));
+  context_.device.read(*context_.wave.hits, 0, std::as_writable_bytes(std::span(hits)));
+  for (std::uint32_t i = 0; i < count; ++i)
+    if (hits[i].instance < HW_LAMP_INSTANCE) points_.push_back(rays[i].origin + rays[i].direction * hits[i].t);
+}
+
+bool WssrIntegrator::prepare(Commands& commands, int preparation) {
+  if (context_.cancelled) return false;
+  stages_.camera(commands);
+  if (builds_tree(preparation)) {
+    take_points(commands);
+    return true;
+  }
+  stages_.sort_hits(commands);
+  for (std::size_t c = 0; c < stages_.classes(); ++c) {
+    stages_.surface(commands, c);
+    sample(commands, c);
+  }
+  commands.flush();
+  return true;
+}
+
+void WssrIntegrator::end_pass(Commands& commands, int preparation) {
+  ReservoirStore& store = context_.reservoirs;
+  if (builds_tree(preparation)) {
+    store.cells = CellReservoirs::of_tree(context_.device, points_, params_.points_per_leaf,
+                                          params_.reservoirs_per_cell, context_.threads);
+    points_ = {};
+    start_cells(commands, true);
+    return;
+  }
+  commands.begin_stage("cells");
+  per_cell(commands, update_);
+  commands.flush();
+  store.cells->has_history = true;
+  ++context_.wave.params().reuse.pass;
+}
+
+void WssrIntegrator::sample(Commands& commands, std::size_t c) {
+  Queue& surfaces = stages_.surfaces(c);
+  commands.begin_stage("candidates");
+  stages_.dispatch(commands, candidates_, surfaces);
+  commands.begin_stage("cells");
+  stages_.dispatch(commands, insert_, surfaces);
+  stages_.dispatch(commands, winner_, surfaces);
+}
+
+bool WssrIntegrator::render(Commands& commands) {
+  stages_.camera(commands);
+  for (int step = 0;; ++step) {
+    if (context_.cancelled) return false;
+    stages_.sort_hits(commands);
+    for (std::size_t c = 0; c < stages_.classes(); ++c) {
+      stages_.surface(commands, c);
+      sample(commands, c);
+      commands.begin_stage("reuse");
+      stages_.dispatch(commands, reuse_, stages_.surfaces(c));
+      stages_.shade(commands, c);
+    }
+    if (!stages_.light(commands)) return false;
+    if (!stages_.advance(commands, step)) return true;
+  }
+}
+
+}  // namespace hw

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// `wssr-kd`, `wssr-grid` and `wssr-grid-reproject`: reservoirs in world space (SivaramWSSR, section 4), read and fed by
+// the surfaces of every bounce.
+#pragma once
+
+#include "integrators/path_stages.h"
+#include "stages/reuse_wave.h"
+
+namespace hw {
+
+enum class CellStructure { kTree, kGrid, kGridReproject };
+
+class WssrIntegrator final : public Integrator {
+ public:
+  WssrIntegrator(const IntegratorContext& context, CellStructure structure);
+  bool render(Commands& commands) override;
+  bool samples_are_independent() const override { return false; }
+  void begin_frame(Commands& commands) override;
+  int preparations() const override { return preparations_; }
+  bool prepare(Commands& commands, int preparation) override;
+  void end_pass(Commands& commands, int preparation) override;
+
+ private:
+  bool builds_tree(int preparation) const { return structure_ == CellStructure::kTree && preparation == first_; }
+  void start_cells(Commands& commands, bool empty);
+  void take_points(Commands& commands);
+  // Canonical samples of a class's surfaces, offered to their cells.
+  void sample(Commands& commands, std::size_t shading_class);
+  void per_cell(Commands& commands, const Kernel& kernel, std::uint32_t b = 0);
+
+  IntegratorContext context_;
+  ReuseParams params_;
+  CellStructure structure_;
+  PathStages stages_;
+  ReuseWave buffers_;
+  const Kernel& candidates_;
+  const Kernel& insert_;
+  const Kernel& winner_;
+  const Kernel& reuse_;
+  const Kernel& begin_;
+  const Kernel& update_;
+  int preparations_ = 0, first_ = -1;
+  std::vector<vec3> points_;  // first surfaces, for the tree
+};
+
+}  // namespace hw

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Before a frame: cells that the grid's window has moved over are emptied, the samples of the others follow their lights,
+// and where lights came on the past counts for less. One thread a reservoir. a: how many, b: 1: nothing is kept.
+// variant cell_begin_tree: HW_CELLS_TREE
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_shader_atomic_int64 : require
+#include "lib/reuse_cells.glsl"
+layout(local_size_x = 64) in;
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= push.a) return;
+  CellArray cells = CellArray(HW_REUSE.cells);
+  uint tag = 1u;
+#ifndef HW_CELLS_TREE
+  // The cell of the window that lies at this place of memory.
+  WorldGrid g = HW_REUSE.grid;
+  uint n = g.resolution;
+  uint place = i / HW_REUSE.cell_slots;
+  ivec3 at = ivec3(int(place % n), int(place / n % n), int(place / n / n));
+  ivec3 low = grid_low(g);
+  ivec3 cell = low + ivec3(int(grid_modulo(at.x - int(grid_modulo(low.x, n)), n)),
+                           int(grid_modulo(at.y - int(grid_modulo(low.y, n)), n)),
+                           int(grid_modulo(at.z - int(grid_modulo(low.z, n)), n)));
+  tag = grid_tag(g, cell);
+#endif
+  if (push.b == 1u || cells.at[i].tag != tag) {
+    ReuseCell empty;
+    empty.sum = uint64_t(0u);
+    empty.best = race_none();
+    empty.held = reservoir_empty(0.0);
+    empty.tag = tag;
+    empty.inputs = 0u;
+    empty.count = 0u;
+    empty.offered = 0u;
+    empty.light = HW_NONE;
+    empty.u = 0.0;
+    empty.v = 0.0;
+    empty.target = 0.0;
+    cells.at[i] = empty;
+    return;
+  }
+  Reservoir held = cells.at[i].held;
+  cells.at[i].held = reservoir_next_frame(held);
+}
