@@ -132,8 +132,8 @@ class Tables {
   void gather_lamps();
   void gather_world();
   void gather_instances(std::vector<EmissiveInstance>& instances, std::vector<std::uint32_t>& moved) const;
-  void note_lights(std::span<const EmissiveInstance> instances, std::span<const std::uint32_t> moved, bool rebuilt);
-  void note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances);
+  void note_lights(std::span<const EmissiveInstance> instances, bool rebuilt);
+  void note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances, bool rebuilt);
   float scene_radius() const;
   void relight();
   void update_root();

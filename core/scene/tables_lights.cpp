@@ -172,7 +172,7 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     tracer_.set_lamps(state.table.shapes);
   }
   // Images change what programs emit, and nothing in the table.
-  if (dirty || state.noted_images != scene.images_revision) note_lights(instances, moved, lights_layout_dirty_);
+  if (dirty || state.noted_images != scene.images_revision) note_lights(instances, lights_layout_dirty_);
   if (dirty) {
     lights_dirty_ = lights_layout_dirty_ = false;
     seen_lights_ = scene.lights_revision;
@@ -192,9 +192,8 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   counts.lights_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// `rebuilt`: all triangles were written, else those of the instances listed in `moved`.
-void Tables::note_lights(std::span<const EmissiveInstance> instances, std::span<const std::uint32_t> moved,
-                         bool rebuilt) {
+// `rebuilt`: the light table was built anew, else only the triangles of groups that were written are.
+void Tables::note_lights(std::span<const EmissiveInstance> instances, bool rebuilt) {
   LightState& state = *lights_;
   const LightTable& table = state.table;
   const Scene::Impl& scene = scene_.impl();
@@ -213,24 +212,16 @@ void Tables::note_lights(std::span<const EmissiveInstance> instances, std::span<
     next.world.program = world_revision(scene);
   else
     next.world.color = vec3(scene.world.color[0], scene.world.color[1], scene.world.color[2]);
-  note_emitters(next, instances);
   next.flux = state.now.flux;
   next.flux.resize(instances.size());
-  const auto sum = [&](std::size_t i) {
-    const auto begin = table.weights.begin() + table.instance_offset[i];
-    next.flux[i] = static_cast<float>(std::accumulate(begin, begin + instances[i].tri_vertices.size() / 3, 0.0));
-  };
-  if (rebuilt)
-    for (std::size_t i = 0; i < instances.size(); ++i) sum(i);
-  else
-    for (std::uint32_t i : moved) sum(i);
+  note_emitters(next, instances, rebuilt);
   state.now = std::move(next);
   state.noted = true;
   state.noted_images = scene.images_revision;
   state.changes = compare_lights(state.taken, state.now);
 }
 
-void Tables::note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances) {
+void Tables::note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances, bool rebuilt) {
   const Scene::Impl& scene = scene_.impl();
   const std::span<const MaterialRecord> materials(material_table_.data(), material_table_.size());
   std::size_t at = 0;  // among `instances`, which are those of the emissive groups in their order
@@ -266,7 +257,10 @@ void Tables::note_emitters(LightSnapshot& next, std::span<const EmissiveInstance
       if (emission.flags & HW_LIGHT_SHADER) light.program = program_revision(scene, ids[std::min(s, ids.size() - 1)]);
     }
     next.emitters.push_back(emitters);
-    at += group.matrices.size();
+    auto weight = lights_->table.weights.begin() + emitters.index;
+    for (std::size_t i = 0; i < emitters.instances && (rebuilt || slot.written); ++i, weight += emitters.triangles)
+      next.flux[at + i] = static_cast<float>(std::accumulate(weight, weight + emitters.triangles, 0.0));
+    at += emitters.instances;
   }
 }
 
