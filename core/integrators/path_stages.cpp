@@ -2,6 +2,7 @@
 // Kernels, queues and dispatches of the shared stages.
 #include "integrators/path_stages.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "shared/features.h"
@@ -24,11 +25,18 @@ constexpr std::uint32_t kProcedural = (HW_VM_NOISE | HW_VM_VORONOI | HW_VM_PATTE
 
 }  // namespace
 
+void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b) {
+  const std::uint64_t most = std::uint64_t(device.max_groups()) * HW_GROUP_SIZE;
+  for (std::uint64_t first = 0; first < count; first += most) {
+    const Push push{.a = count, .b = b, .c = std::uint32_t(first)};
+    const std::uint64_t threads = std::min<std::uint64_t>(most, count - first);
+    commands.dispatch(kernel, push.bytes(), std::uint32_t((threads + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE));
+  }
+}
+
 void make_light_proxies(Commands& commands, const IntegratorContext& context) {
   commands.begin_stage("light proxies");
-  const Push push{.a = context.light_count};
-  commands.dispatch(context.kernels.get("light_proxies"), push.bytes(),
-                    (context.light_count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  dispatch_all(commands, context.device, context.kernels.get("light_proxies"), context.light_count);
   commands.flush();
 }
 

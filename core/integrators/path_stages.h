@@ -11,6 +11,10 @@ namespace hw {
 // What queue_prepare.comp does with a queue's count.
 enum class RayKind : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kTransparentShadow = 3, kNone = 4 };
 
+// One thread for each of `count` elements, in as many dispatches as the device needs: a is the count, c each dispatch's
+// first element.
+void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b = 0);
+
 // Runs light_proxies.comp: the lights as reuse sees them, for this frame. Parameters must have been written.
 void make_light_proxies(Commands& commands, const IntegratorContext& context);
 

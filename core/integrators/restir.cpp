@@ -36,10 +36,9 @@ void RestirIntegrator::begin_frame(Commands& commands) {
   context_.wave.write_params(context_.device);
   make_light_proxies(commands, context_);
   if (store.screen->has_history) {
-    const Push push{.a = store.screen->pixels()};
     commands.begin_stage("reuse");
-    commands.dispatch(context_.kernels.get("screen_begin", context_.constants), push.bytes(),
-                      (push.a + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+    dispatch_all(commands, context_.device, context_.kernels.get("screen_begin", context_.constants),
+                 store.screen->pixels());
     commands.flush();
   }
 }

@@ -42,12 +42,6 @@ WssrIntegrator::WssrIntegrator(const IntegratorContext& context, CellStructure s
       begin_(kernel(context, "cell_begin", structure)),
       update_(context.kernels.get("cell_update", context.constants)) {}
 
-void WssrIntegrator::per_cell(Commands& commands, const Kernel& kernel, std::uint32_t b) {
-  const std::uint32_t count = context_.reservoirs.cells->count();
-  const Push push{.a = count, .b = b};
-  commands.dispatch(kernel, push.bytes(), (count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
-}
-
 void WssrIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
   ReuseFrame& frame = context_.wave.params().reuse;
@@ -85,7 +79,8 @@ void WssrIntegrator::start_cells(Commands& commands, bool empty) {
   context_.reservoirs.cells->fill(context_.wave.params().reuse);
   context_.wave.write_params(context_.device);
   commands.begin_stage("cells");
-  per_cell(commands, begin_, empty ? 1 : 0);
+  dispatch_all(commands, context_.device, begin_, context_.reservoirs.cells->count(), empty ? 1 : 0);
+  stages_.prepare(commands, nullptr, RayKind::kNone, &context_.reservoirs.cells->touched());
   commands.flush();
 }
 
@@ -127,7 +122,10 @@ void WssrIntegrator::end_pass(Commands& commands, int preparation) {
     return;
   }
   commands.begin_stage("cells");
-  per_cell(commands, update_);
+  Queue& touched = store.cells->touched();
+  stages_.prepare(commands, &touched, RayKind::kNone, nullptr);
+  stages_.dispatch(commands, update_, touched);
+  stages_.prepare(commands, nullptr, RayKind::kNone, &touched);
   commands.flush();
   store.cells->has_history = true;
   ++context_.wave.params().reuse.pass;

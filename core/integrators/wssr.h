@@ -26,7 +26,6 @@ class WssrIntegrator final : public Integrator {
   void take_points(Commands& commands);
   // Canonical samples of a class's surfaces, offered to their cells.
   void sample(Commands& commands, std::size_t shading_class);
-  void per_cell(Commands& commands, const Kernel& kernel, std::uint32_t b = 0);
 
   IntegratorContext context_;
   ReuseParams params_;

@@ -13,6 +13,7 @@ CellReservoirs::CellReservoirs(Device& device, std::uint64_t count) : count_(std
     throw OutOfMemory("the reservoirs of " + std::to_string(count) +
                       " cells are more than can be addressed: lower the resolution or the reservoirs a cell");
   cells_ = std::make_unique<Buffer>(device, count * sizeof(ReuseCell), BufferUse::device, "reservoir cells");
+  touched_ = std::make_unique<Queue>(device, count_, "touched cells");
 }
 
 std::unique_ptr<CellReservoirs> CellReservoirs::of_grid(Device& device, std::uint32_t resolution, std::uint32_t slots) {
@@ -30,10 +31,11 @@ std::unique_ptr<CellReservoirs> CellReservoirs::of_tree(Device& device, std::spa
   return cells;
 }
 
-std::uint64_t CellReservoirs::bytes() const { return cells_->bytes() + (nodes_ ? nodes_->bytes() : 0); }
+std::uint64_t CellReservoirs::bytes() const { return cells_->bytes() + touched_->buffer.bytes() + (nodes_ ? nodes_->bytes() : 0); }
 
 void CellReservoirs::fill(ReuseFrame& frame) const {
   frame.cells = cells_->address();
+  frame.touched = touched_->address();
   frame.cell_count = count_;
   frame.tree = tree_;
 }

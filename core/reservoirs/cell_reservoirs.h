@@ -8,6 +8,7 @@
 
 #include "gpu/device.h"
 #include "shared/reuse.h"
+#include "stages/stage.h"
 
 namespace hw {
 
@@ -24,12 +25,15 @@ class CellReservoirs {
   // Points a frame's parameters at cells and tree; the grid's window is set by the caller, who knows the camera.
   void fill(ReuseFrame& frame) const;
 
+  Queue& touched() { return *touched_; }  // cells that were offered samples in this pass
+
   bool has_history = false;  // a pass has been merged into the cells
 
  private:
   CellReservoirs(Device& device, std::uint64_t count);
   std::uint32_t count_;
   std::unique_ptr<Buffer> cells_, nodes_;
+  std::unique_ptr<Queue> touched_;
   KdTree tree_{0, 0, 1};
 };
 

@@ -10,16 +10,17 @@ namespace hw {
 
 std::uint64_t reservoir_bytes(const std::string& integrator, const ReuseParams& p, std::uint32_t width,
                               std::uint32_t height) {
+  constexpr std::uint64_t kCell = sizeof(ReuseCell) + 4;  // and its place in the list of touched cells
   const std::uint64_t pixels = std::uint64_t(width) * height;
   if (integrator.starts_with("restir")) return pixels * 2 * (sizeof(Reservoir) + sizeof(ReuseSurface));
   if (integrator == "wssr-kd") {
     const std::uint64_t leaves =
         std::bit_ceil(std::max<std::uint64_t>((pixels + p.points_per_leaf - 1) / p.points_per_leaf, 1));
-    return (leaves - 1) * 4 + leaves * p.reservoirs_per_cell * sizeof(ReuseCell);
+    return (leaves - 1) * 4 + leaves * p.reservoirs_per_cell * kCell;
   }
   if (integrator.starts_with("wssr-grid")) {
     const std::uint64_t n = p.grid_resolution;
-    return n * n * n * p.reservoirs_per_cell * sizeof(ReuseCell);
+    return n * n * n * p.reservoirs_per_cell * kCell;
   }
   return 0;
 }

@@ -139,7 +139,7 @@ struct FrameParams {
   uint frame_flags;                                    // HW_FRAME_*
   ReuseFrame reuse;
 };
-HW_CHECK_SIZE(FrameParams, 576)
+HW_CHECK_SIZE(FrameParams, 584)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 

@@ -66,6 +66,7 @@ struct ReuseFrame {
   uint64_t next_screen;      // the same of this pass
   uint64_t next_screen_surfaces;
   uint64_t cells;        // ReuseCell[cell_count]
+  uint64_t touched;      // queue of the cells that were offered samples in this pass
   KdTree tree;           // wssr-kd: cells are its leaves
   uint64_t proxies;      // LightProxy[lights]
   uint64_t light_remap;  // uint[]: where a light of the last frame is in this frame's table, HW_NONE: gone; 0: in place
@@ -89,7 +90,7 @@ struct ReuseFrame {
   WorldGrid grid;          // wssr-grid: cells are its cells
   uint pad;
 };
-HW_CHECK_SIZE(ReuseFrame, 232)
+HW_CHECK_SIZE(ReuseFrame, 240)
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_Z = 1u;
 HW_CONST uint HW_REUSE_WEIGHTS_MIS = 2u;

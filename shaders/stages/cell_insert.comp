@@ -26,7 +26,7 @@ void main() {
   uint random = random_stream(state.seed, state.sample_index, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_CELL, HW_FRAME.seed);
   CellArray cells = CellArray(HW_REUSE.cells);
-  atomicAdd(cells.at[cell].offered, 1u);
+  if (atomicAdd(cells.at[cell].offered, 1u) == 0u) queue_push(HW_REUSE.touched, cell);
   float taken = float(HW_REUSE.cell_inputs) / float(max(cells.at[cell].inputs, 1u));
   if (HW_REUSE.cell_inputs > 0u && random_next(random) >= taken) return;
   float weight = r.confidence * stream_weight(r, r.target);

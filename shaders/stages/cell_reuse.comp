@@ -34,22 +34,26 @@ void main() {
   bool black = reuse_has(HW_REUSE_BLACK);
   CellArray cells = CellArray(HW_REUSE.cells);
   uint k = reuse_has(HW_REUSE_SPATIAL) ? HW_REUSE.neighbours : 0u;
-  uint tries = k * (black ? 1u : kTries);
   float stratum = random_next(random);
   ReservoirStream stream = stream_begin();
   uint found = 0u;
-  for (uint i = 0u; i <= tries; ++i) {
-    // The last turn is the own cell's, if nothing else was found.
-    bool last = i == tries;
-    uint other = last ? (black && k > 0u || found > 0u ? HW_NONE : own)
-                      : (found < k ? cell_neighbour(mine.position, i, tries, stratum, random) : HW_NONE);
-    float u = random_next(random);
-    if (other == HW_NONE) continue;
-    Reservoir r = cells.at[other].held;
+  // Turn k is the own cell's, if nothing else was found.
+  for (uint i = 0u; i <= k; ++i) {
+    Reservoir r = reservoir_empty(0.0);
+    if (i < k) {
+      uint other = HW_NONE;
+      for (uint t = 0u; t < (black ? 1u : kTries) && other == HW_NONE; ++t) {
+        other = cell_neighbour(mine.position, i, k, stratum, random);
+        if (other != HW_NONE && !(cells.at[other].held.confidence > 0.0)) other = HW_NONE;
+      }
+      if (other != HW_NONE) r = cells.at[other].held;
+    } else if (found == 0u && !(black && k > 0u)) {
+      r = cells.at[own].held;
+    }
     if (!(r.confidence > 0.0)) continue;
     ++found;
     float here = reuse_target_of(surface, r.light);
-    stream_add(stream, r.light, r.u, r.v, r.confidence * stream_weight(r, here), here, r.confidence, u);
+    stream_add(stream, r.light, r.u, r.v, r.confidence * stream_weight(r, here), here, r.confidence, random_next(random));
   }
   if (found == 0u && !black) return;
   ReservoirArray(HW_REUSE.reservoirs).at[path] = stream_end_count(stream);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // After a pass: what each cell gathered is merged into what it holds (SivaramWSSR, algorithm 1), by weights 1/M as the
-// paper has it. One thread a reservoir. a: how many.
+// paper has it. One thread for each cell of the queue, those that were offered samples.
 //
 // A reservoir with an unbounded history freezes: in the end no new sample gets in. `history_passes` bounds it.
 #version 460
@@ -9,14 +9,10 @@
 #include "lib/reuse_cells.glsl"
 layout(local_size_x = 64) in;
 
-void main() {
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= push.a) return;
+void update(uint i) {
   CellArray cells = CellArray(HW_REUSE.cells);
   ReuseCell cell = cells.at[i];
   bool keeps = reuse_has(HW_REUSE_TEMPORAL);
-  if (cell.offered == 0u && cell.inputs == 0u && (keeps || cell.held.confidence <= 0.0)) return;
-
   float count = float(cell.count);
   float old = keeps ? cell.held.confidence : 0.0;
   if (HW_REUSE.history_passes > 0.0) old = min(old, HW_REUSE.history_passes * max(count, 1.0));
@@ -33,4 +29,10 @@ void main() {
   cells.at[i].count = 0u;
   cells.at[i].offered = 0u;
   cells.at[i].light = HW_NONE;
+}
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  uint stride = gl_NumWorkGroups.x * HW_GROUP_SIZE;
+  for (uint at = gl_GlobalInvocationID.x; at < queue.header.count; at += stride) update(queue.path[at]);
 }

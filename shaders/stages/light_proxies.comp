@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the proxies of all lights. a: how many.
+// Makes the proxies of all lights. a: how many, c: the first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/light_proxy.h"
@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 
 void main() {
-  uint i = gl_GlobalInvocationID.x;
+  uint i = push.c + gl_GlobalInvocationID.x;
   if (i >= push.a) return;
   bool constant_world = HW_ROOT.world_material == HW_NONE;
   float world = constant_world ? luminance(HW_ROOT.world_color) : HW_ROOT.world.total;

@@ -9,7 +9,8 @@ layout(local_size_x = 1) in;
 void main() {
   if (push.queue != 0ul) {
     QueueRef q = QueueRef(push.queue);
-    q.header.groups_x = (q.header.count + HW_GROUP_SIZE - 1u) / HW_GROUP_SIZE;
+    // 65535: what every device can dispatch. Waves stay below; who may not goes through its queue in strides.
+    q.header.groups_x = min((q.header.count + HW_GROUP_SIZE - 1u) / HW_GROUP_SIZE, 65535u);
     q.header.groups_y = 1u;
     q.header.groups_z = 1u;
     CounterBuffer c = CounterBuffer(HW_FRAME.counters);

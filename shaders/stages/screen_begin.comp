@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Before a frame: the samples of the picture's reservoirs follow their lights, and where lights came on the past counts
-// for less. One thread a pixel. a: how many.
+// for less. One thread a pixel. a: how many, c: the first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/reuse.glsl"
 layout(local_size_x = 64) in;
 
 void main() {
-  uint i = gl_GlobalInvocationID.x;
+  uint i = push.c + gl_GlobalInvocationID.x;
   if (i >= push.a) return;
   Reservoir r = ReservoirArray(HW_REUSE.screen).at[i];
   ReservoirArray(HW_REUSE.screen).at[i] = reservoir_next_frame(r);
