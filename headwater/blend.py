@@ -43,6 +43,8 @@ def render_blend(request, progress, stats) -> None:
         stats.set(engine=request.engine, blender=bpy.app.version_string, threads=request.threads)
         stats.set(load_seconds=time.perf_counter() - started)
         frames = request.frames if request.frames is not None else [scene.frame_current]
+        if len(frames) > 1:
+            scene.frame_step = max(frames[1] - frames[0], 1)  # tells the engine which frame is the next one
         try:
             for frame in frames:
                 if interrupt.requested():

@@ -97,6 +97,7 @@ def render_usd(request, progress, stats) -> None:
         with reading(request.file):
             scene_seconds = sync.sync(frame, aspect=width / height, camera=request.camera)
         synced = {"scene_seconds": scene_seconds, **_upload(session)}
+        settings["continue_history"] = frame != first  # reservoirs go on from frame to frame
         _render_frame(session, settings, f"frame {frame:g}", progress)
         pixels = {name: session.read(name) for name in passes}
         write(output, pixels, request)

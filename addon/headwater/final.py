@@ -128,6 +128,11 @@ def export(engine, depsgraph) -> Job:
         engine.report({"WARNING"}, f"Headwater: {note}")
     wanted = passes.wanted(view_layer)
     settings = render_settings.build(scene, view_layer, frame, [item.core_name for item in wanted], given)
+    # Frames of an animation hand their reservoirs on; a picture rendered again starts anew, so that it comes out the same.
+    # The eyes of a stereo render share a session, not a past.
+    in_order = (again or persistent) and not scene.render.use_multiview
+    settings["continue_history"] = in_order and state.continues(scene)
+    state.frame = None
     return Job(key, state, frame, settings, wanted, given, report)
 
 
@@ -141,6 +146,8 @@ def render(engine, job: Job, depsgraph) -> None:
         for view in views:
             if not _render_view(engine, job, depsgraph, view):
                 break
+        else:
+            job.kept.frame = depsgraph.scene.frame_current
     except BaseException:
         kept.drop(job.key)  # what the session holds is not to be trusted after an error
         raise

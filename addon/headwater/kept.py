@@ -21,6 +21,12 @@ class Kept:
         self.session = native.core().Session(context, self.sync.scene)
         self.graph = None  # token of the render engine whose dependency graph was synced last
         self.busy = False
+        self.frame = None  # that its reservoirs are of: the last one rendered whole
+
+    def continues(self, scene) -> bool:
+        """Whether the scene's frame is the next one of the animation that was rendered last."""
+        step = max(scene.frame_step, 1)
+        return self.frame is not None and self.frame < scene.frame_current <= self.frame + step
 
 
 _kept: dict[tuple, Kept] = {}

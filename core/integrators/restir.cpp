@@ -25,12 +25,14 @@ void RestirIntegrator::begin_frame(Commands& commands) {
     store.clear();
     store.screen = std::make_unique<ScreenReservoirs>(context_.device, context_.width, context_.height);
     store.kind = context_.settings.integrator;
+    store.passes = context_.settings.first_sample;
   }
   ReuseFrame& frame = context_.wave.params().reuse;
   apply_reuse(frame, params_, context_.settings.width, context_.settings.height);
   buffers_.fill(frame);
   buffers_.follow_lights(context_.device, frame, context_.light_changes);
   if (reproject_) frame.flags |= HW_REUSE_REPROJECT;
+  frame.pass = store.passes;
   if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY | HW_REUSE_NEW_FRAME;
   store.screen->fill(frame);
   context_.wave.write_params(context_.device);
@@ -56,6 +58,7 @@ void RestirIntegrator::end_pass(Commands&, int) {
   screen.has_history = true;
   ReuseFrame& frame = context_.wave.params().reuse;
   frame.flags = (frame.flags | HW_REUSE_HISTORY) & ~HW_REUSE_NEW_FRAME;
+  frame.pass = ++context_.reservoirs.passes;
 }
 
 void RestirIntegrator::resample(Commands& commands, std::size_t c) {

@@ -53,13 +53,14 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   frame.fixed_exponent = fixed_exponent(context_.light_power) - 8;
   frame.grid = world_grid(context_.camera_position, params_.grid_extent, params_.grid_resolution,
                           params_.reservoirs_per_cell, params_.grid_rides);
-  frame.pass = context_.settings.first_sample;
   const std::string kind = layout(context_.settings, params_);
   const bool keeps = context_.settings.continue_history && store.kind == kind && store.cells && store.cells->has_history;
   if (!keeps) {
     store.clear();
     store.kind = kind;
+    store.passes = context_.settings.first_sample;
   }
+  frame.pass = store.passes;
   context_.wave.write_params(context_.device);
   make_light_proxies(commands, context_);
   first_ = -1;
@@ -128,7 +129,7 @@ void WssrIntegrator::end_pass(Commands& commands, int preparation) {
   stages_.prepare(commands, nullptr, RayKind::kNone, &touched);
   commands.flush();
   store.cells->has_history = true;
-  ++context_.wave.params().reuse.pass;
+  context_.wave.params().reuse.pass = ++store.passes;
 }
 
 void WssrIntegrator::sample(Commands& commands, std::size_t c) {

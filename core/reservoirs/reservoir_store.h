@@ -13,12 +13,14 @@ namespace hw {
 
 struct ReservoirStore {
   std::string kind;  // the integrator and the settings that decide about layout; others start anew
+  std::uint32_t passes = 0;  // of the frames since it was started
   std::unique_ptr<ScreenReservoirs> screen;
   std::unique_ptr<CellReservoirs> cells;
 
   std::uint64_t bytes() const { return (screen ? screen->bytes() : 0) + (cells ? cells->bytes() : 0); }
   void clear() {
     kind.clear();
+    passes = 0;
     screen.reset();
     cells.reset();
   }

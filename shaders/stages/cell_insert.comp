@@ -23,7 +23,7 @@ void main() {
   uint cell = cell_of(surface.position);
   if (cell == HW_NONE) return;
   PathState state = PathArray(HW_FRAME.paths).at[path];
-  uint random = random_stream(state.seed, state.sample_index, path_bounce(state.bounces) + state.transparent,
+  uint random = random_stream(state.seed, HW_REUSE.pass, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_CELL, HW_FRAME.seed);
   CellArray cells = CellArray(HW_REUSE.cells);
   if (atomicAdd(cells.at[cell].offered, 1u) == 0u) queue_push(HW_REUSE.touched, cell);

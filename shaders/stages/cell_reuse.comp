@@ -29,7 +29,7 @@ void main() {
   if (own == HW_NONE) return;  // beyond the grid: the canonical sample
   PathState state = PathArray(HW_FRAME.paths).at[path];
   TargetSurface surface = target_surface(mine);
-  uint random = random_stream(state.seed, state.sample_index, path_bounce(state.bounces) + state.transparent,
+  uint random = random_stream(state.seed, HW_REUSE.pass, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_REUSE, HW_FRAME.seed);
   bool black = reuse_has(HW_REUSE_BLACK);
   CellArray cells = CellArray(HW_REUSE.cells);

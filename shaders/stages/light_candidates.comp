@@ -12,7 +12,7 @@
 layout(local_size_x = 64) in;
 
 Reservoir choose_light(TargetSurface target, PathState state, uint count) {
-  uint random = random_stream(state.seed, state.sample_index, path_bounce(state.bounces) + state.transparent,
+  uint random = random_stream(state.seed, HW_REUSE.pass, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_CANDIDATES, HW_FRAME.seed);
   LightProxyArray proxies = LightProxyArray(HW_REUSE.proxies);
   AliasTable table = AliasTable(HW_ROOT.light_alias);

@@ -72,7 +72,7 @@ void main() {
   uint neighbours = reuse_has(HW_REUSE_SPATIAL) ? HW_REUSE.neighbours : 0u;
   uint first = reuse_has(HW_REUSE_TEMPORAL) ? 0u : 1u;
   uint count = known ? neighbours + 1u : 0u;
-  uint random = random_stream(state.seed, state.sample_index, bounce + state.transparent, HW_STREAM_REUSE, HW_FRAME.seed);
+  uint random = random_stream(state.seed, HW_REUSE.pass, bounce + state.transparent, HW_STREAM_REUSE, HW_FRAME.seed);
   ReservoirArray reservoirs = ReservoirArray(HW_REUSE.screen);
   ReuseSurfaceArray surfaces = ReuseSurfaceArray(HW_REUSE.screen_surfaces);
   bool mis = HW_REUSE.weights == HW_REUSE_WEIGHTS_MIS;
