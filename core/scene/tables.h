@@ -43,6 +43,7 @@ struct TableTotals {
   std::uint32_t material_flags = 0;    // HW_MATERIAL_* of all materials, or-ed
   ShadingClasses classes;              // HW_FEATURE_* that the programs of the instances' materials need
   bool smooth_normals = false;         // some mesh has normals
+  bool texel_formats = false;          // some image is not HW_TEXEL_RGBA8
 };
 
 class Tables {

@@ -11,7 +11,8 @@ namespace {
 // Embree reads vertices in steps of 16 bytes, past the last one.
 constexpr std::size_t kTailBytes = 16;
 
-// Places arrays one behind the other in one buffer.
+// Places arrays one behind the other in one buffer, each at a multiple of 16 and padded to one, so that kernels may read
+// whole 64-bit words (lib/words.glsl).
 struct Layout {
   std::size_t bytes = 0;
   std::size_t add(std::size_t size) {
@@ -221,6 +222,7 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
   image_index_.clear();
   image_table_.resize(scene.images.size() + 1);
   image_table_.set(0, ImageRecord{});  // a missing image
+  totals_.texel_formats = false;
   std::uint32_t index = 1;
   for (auto& [id, entry] : scene.images) {
     ImageSlot& slot = images_[id];
@@ -240,6 +242,7 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
       slot.revision = entry.revision;
       ++counts.images_uploaded;
     }
+    totals_.texel_formats |= image.format != HW_TEXEL_RGBA8;
     image_table_.set(index, {slot.texels->address(), image.width, image.height, image.format, image.flags});
     image_index_[id] = index++;
   }

@@ -25,6 +25,7 @@ std::uint32_t scene_features(const Tables& tables) {
   const TableTotals& t = tables.totals();
   std::uint32_t features = 0;
   if (t.smooth_normals) features |= HW_FEATURE_BUMP;
+  if (t.texel_formats) features |= HW_FEATURE_TEXEL_FORMATS;
   if (t.material_flags & HW_MATERIAL_TRANSPARENT) features |= HW_FEATURE_TRANSPARENT;
   if (t.material_flags & HW_MATERIAL_EMISSION_SHADER) features |= HW_FEATURE_EMISSION_PROGRAM;
   if (tables.root().world_material != HW_NONE) features |= HW_FEATURE_WORLD_PROGRAM;
@@ -37,6 +38,16 @@ bool bsdf_hits_emit(const Tables& tables) {
   const vec3 c = root.world_color;
   const bool world = root.world_material != HW_NONE || c.x > 0 || c.y > 0 || c.z > 0;
   return world || root.light_count > 0 || (tables.totals().material_flags & HW_MATERIAL_EMISSIVE);
+}
+
+// HW_FRAME_* of the scene.
+std::uint32_t frame_flags(const Tables& tables) {
+  const Root& root = tables.root();
+  std::uint32_t flags = bsdf_hits_emit(tables) ? HW_FRAME_BSDF_HITS_EMIT : 0u;
+  if (tables.totals().material_flags & (HW_MATERIAL_EMISSIVE | HW_MATERIAL_TRANSPARENT)) return flags;
+  const vec3 c = root.world_color;
+  const bool world = root.world_material != HW_NONE || c.x > 0 || c.y > 0 || c.z > 0 || root.sun_count > 0;
+  return flags | HW_FRAME_SURFACES_DARK | (world ? 0u : HW_FRAME_MISSES_DARK);
 }
 
 }  // namespace
@@ -95,7 +106,7 @@ void RenderLoop::run() {
   apply_settings(wave.params(), settings_, film_.layout());
   wave.params().first_sample_of_render = settings_.first_sample;
   wave.params().film = film_.sums().address();
-  wave.params().frame_flags = bsdf_hits_emit(tables_) ? HW_FRAME_BSDF_HITS_EMIT : 0u;
+  wave.params().frame_flags = frame_flags(tables_);
   wave.reset_counters(device);
 
   on_stage("loading kernels");

@@ -14,7 +14,7 @@
 
 #include "film/film.h"
 #include "integrators/integrator.h"
-#include "lib/luts.h"
+#include "materials/luts.h"
 #include "scene/tables.h"
 #include "session/render_loop.h"
 #include "session/stats.h"
@@ -30,7 +30,8 @@ std::shared_ptr<Context> make_context(const std::string& device, const std::stri
   context->device = std::make_unique<Device>(device, validation);
   context->tracer = make_tracer(*context->device, tracer, threads);
   context->kernels = std::make_unique<KernelCache>(*context->device);
-  context->luts = context->device->upload(std::as_bytes(std::span(albedo_luts(), HW_LUT_COUNT)), "albedo tables");
+  const std::vector<std::uint64_t> luts = albedo_lut_words();
+  context->luts = context->device->upload(std::as_bytes(std::span(luts)), "albedo tables");
   return context;
 }
 

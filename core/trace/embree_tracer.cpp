@@ -105,6 +105,7 @@ class EmbreeTracer final : public Tracer {
   // One ray at a time, not in packets: a packet's neighbours would decide which of two triangles that share an edge is
   // hit, and the same path would not give the same bits in another tile.
   void closest1(const Ray& ray, Hit& hit, EmbreeQuery& query) const {
+    if (ray.flags & HW_RAY_SURFACES_DARK) return lamp1(ray, hit, query);
     RTCRayHit rayhit;
     load(ray, rayhit.ray);
     rayhit.hit.geomID = rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -130,6 +131,28 @@ class EmbreeTracer final : public Tracer {
       }
     }
     hit.t = rayhit.ray.tfar;
+  }
+
+  // The nearest lamp, or nothing, that no surface hides: few rays meet a lamp, and those that do need no nearest surface.
+  void lamp1(const Ray& ray, Hit& hit, EmbreeQuery& query) const {
+    hit = {};
+    hit.instance = hit.primitive = HW_NONE;
+    RTCRayHit rayhit;
+    load(ray, rayhit.ray);
+    if (RTCScene scene = ray.mask & HW_MASK_LAMP ? scene_.lamps() : nullptr) {
+      rayhit.hit.geomID = rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      query.intersect1(scene, &rayhit);
+      if (rayhit.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
+        hit.instance = HW_LAMP_INSTANCE;
+        hit.primitive = rayhit.hit.primID;
+      }
+    }
+    hit.t = rayhit.ray.tfar;
+    Ray up_to = ray;
+    up_to.tmax = hit.t;
+    up_to.mask &= ~HW_MASK_LAMP;
+    const bool nothing = hit.instance == HW_NONE && (ray.flags & HW_RAY_MISS_DARK);
+    if (nothing || any1(up_to, query)) hit.instance = HW_BLOCKED_INSTANCE;
   }
 
   bool any1(const Ray& ray, EmbreeQuery& query) const {

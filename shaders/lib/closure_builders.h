@@ -66,10 +66,10 @@ HW_FN vec3 closure_layer(vec3 layer_albedo, vec3 weight) {
 // The microfacet's colours are set. Sampling by its albedo; then, for Multiscatter GGX, energy lost between facets is
 // given back: Turquin 2019, "Practical multiple scattering compensation for microfacet models" (scaling by 1/E) with
 // the darkening of several reflections of Kulla and Conty 2017, for facets whose mean reflectance is `mean_fresnel`.
-// Returns the albedo of the reflection with the weight in it.
-HW_FN vec3 closure_finish_microfacet(HW_INOUT(Closure) c, vec3 wo, vec3 mean_fresnel, uint multiscatter) {
+// Returns the albedo of the reflection with the weight in it. `kind`: the closure's HW_FRESNEL_*.
+HW_FN vec3 closure_finish_microfacet(HW_INOUT(Closure) c, uint kind, vec3 wo, vec3 mean_fresnel, uint multiscatter) {
   vec3 R, T;
-  microfacet_albedo(c, wo, R, T);
+  microfacet_albedo(c, kind, wo, R, T);
   c.sample_weight *= mean3(R + T);
   if (HW_HAS(HW_FEATURE_MULTISCATTER)) {
     float r = microfacet_roughness(c);
@@ -144,9 +144,9 @@ HW_FN vec3 closures_push_sheen(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry
   Closure c = closure_make(HW_CLOSURE_SHEEN, g, weight, N);
   float r = clamp(roughness, 1e-3f, 1.0f);
   float cos_o = dot(N, g.wo);
-  c.alpha_x = lut_2d(HW_LUT_SHEEN, 32u, cos_o, r);
-  c.alpha_y = lut_2d(HW_LUT_SHEEN + 1024u, 32u, cos_o, r);
-  float albedo = lut_2d(HW_LUT_SHEEN + 2048u, 32u, cos_o, r);
+  c.alpha_x = lut_sheen(0u, cos_o, r);
+  c.alpha_y = lut_sheen(1u, cos_o, r);
+  float albedo = lut_sheen(2u, cos_o, r);
   albedo = abs(c.alpha_x) < 1e-5f || albedo < 1e-5f ? 0.0f : albedo;
   c.weight = c.weight * (c.sample_weight > 0.0f ? albedo : 0.0f);
   c.sample_weight *= albedo;
@@ -186,7 +186,7 @@ HW_FN void closures_add_glossy(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry
       c.tangent = octahedral_pack(dot(t, t) > 0.0f ? t : vec3(0.0f, 0.0f, 1.0f));
     }
   }
-  closure_finish_microfacet(c, g.wo, max(color, vec3(0.0f)), multiscatter);
+  closure_finish_microfacet(c, HW_FRESNEL_NONE, g.wo, max(color, vec3(0.0f)), multiscatter);
   closures_push(list, c);
 }
 
@@ -222,7 +222,7 @@ HW_FN void closures_push_glass(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry
   float rise = fresnel_rise(fresnel_dielectric_mean(c.ior), c.ior);
   vec3 reflect_mean = microfacet_reflect_tint(c) * mix(clamped_f0, vec3(1.0f), rise);
   bool through = transmits && max3(tint) > 0.0f;
-  closure_finish_microfacet(c, g.wo, through ? tint : reflect_mean, multiscatter);
+  closure_finish_microfacet(c, HW_FRESNEL_SCHLICK, g.wo, through ? tint : reflect_mean, multiscatter);
   closures_push(list, c);
 }
 
@@ -238,7 +238,7 @@ HW_FN void closures_push_f82(HW_INOUT(ClosureList) list, HW_IN(Closure) facets, 
   Closure c = facets;
   vec3 edge = f82_edge_from_tint(f0, tint);
   closure_set_colors(c, f0, edge);
-  closure_finish_microfacet(c, g.wo, fresnel_f82_mean(f0, edge), multiscatter);
+  closure_finish_microfacet(c, HW_FRESNEL_F82, g.wo, fresnel_f82_mean(f0, edge), multiscatter);
   closures_push(list, c);
 }
 
@@ -263,7 +263,8 @@ HW_FN void closures_add_metallic_conductor(HW_INOUT(ClosureList) list, HW_IN(Sha
       closure_make(HW_CLOSURE_GLOSSY | (HW_FRESNEL_CONDUCTOR << 8u), g, vec3(weight), closure_valid_normal(g, N));
   closure_set_anisotropy(c, roughness, anisotropy, rotation, N, tangent);
   closure_set_colors(c, max(n, vec3(0.0f)), max(k, vec3(0.0f)));
-  closure_finish_microfacet(c, g.wo, fresnel_conductor_mean(closure_color0(c), closure_color1(c)), multiscatter);
+  closure_finish_microfacet(c, HW_FRESNEL_CONDUCTOR, g.wo, fresnel_conductor_mean(closure_color0(c), closure_color1(c)),
+                            multiscatter);
   closures_push(list, c);
 }
 

@@ -183,7 +183,7 @@ HW_FN vec3 closure_albedo(HW_IN(Closure) c, vec3 wo, bool reflection, bool trans
   if (HW_HAS(HW_FEATURE_MICROFACET)) {
     if (closure_is_microfacet(c)) {
       vec3 R, T;
-      microfacet_albedo(c, wo, R, T);
+      microfacet_albedo(c, closure_fresnel(c), wo, R, T);
       share = (reflection ? R : vec3(0.0f)) + (transmission ? T : vec3(0.0f));
     }
   }
@@ -214,7 +214,7 @@ HW_FN BsdfValue closures_eval(HW_IN(ClosureList) list, HW_IN(ShadingGeometry) g,
   BsdfValue sum = bsdf_value_none();
   float weights = 0.0f;
   for (uint i = 0u; i < list.count; ++i) {
-    Closure c = HW_CLOSURE_AT(list, i);
+    Closure c = closure_load(list, i);
     ClosureValue v = closure_eval(c, g, wi);
     if (v.pdf > 0.0f) bsdf_value_add(sum, v);
     sum.pdf += v.pdf * c.sample_weight;
@@ -236,7 +236,7 @@ HW_FN BsdfSample closures_sample(HW_IN(ClosureList) list, HW_IN(ShadingGeometry)
   s.eta = 1.0f;
 
   float weights = 0.0f;
-  for (uint i = 0u; i < list.count; ++i) weights += HW_CLOSURE_AT(list, i).sample_weight;
+  for (uint i = 0u; i < list.count; ++i) weights += closure_sample_weight(list, i);
   if (!(weights > 0.0f)) return s;
 
   // The last closure whose interval starts at or below the target.
@@ -245,7 +245,7 @@ HW_FN BsdfSample closures_sample(HW_IN(ClosureList) list, HW_IN(ShadingGeometry)
   float chosen_start = 0.0f;
   uint chosen = 0u;
   for (uint i = 0u; i < list.count; ++i) {
-    float w = HW_CLOSURE_AT(list, i).sample_weight;
+    float w = closure_sample_weight(list, i);
     if (target >= start && w > 0.0f) {
       chosen = i;
       chosen_start = start;
@@ -253,7 +253,7 @@ HW_FN BsdfSample closures_sample(HW_IN(ClosureList) list, HW_IN(ShadingGeometry)
     start += w;
   }
 
-  Closure c = HW_CLOSURE_AT(list, chosen);
+  Closure c = closure_load(list, chosen);
   vec3 u_closure = vec3(u.x, u.y, min((target - chosen_start) / c.sample_weight, 0.99999994f));
   ClosureValue v;
   s.label = closure_sample(c, g, u_closure, s.wi, v);
@@ -267,7 +267,7 @@ HW_FN BsdfSample closures_sample(HW_IN(ClosureList) list, HW_IN(ShadingGeometry)
   if ((s.label & (HW_LABEL_SINGULAR | HW_LABEL_TRANSPARENT)) == 0u) {
     for (uint i = 0u; i < list.count; ++i) {
       if (i != chosen) {
-        Closure other = HW_CLOSURE_AT(list, i);
+        Closure other = closure_load(list, i);
         ClosureValue w = closure_eval(other, g, s.wi);
         if (w.pdf > 0.0f) bsdf_value_add(s.value, w);
         s.value.pdf += w.pdf * other.sample_weight;
@@ -283,7 +283,8 @@ HW_FN vec3 closures_transparency(HW_IN(ClosureList) list) {
   vec3 sum = vec3(0.0f);
   if (HW_HAS(HW_FEATURE_TRANSPARENT)) {
     for (uint i = 0u; i < list.count; ++i) {
-      if (closure_type(HW_CLOSURE_AT(list, i)) == HW_CLOSURE_TRANSPARENT) sum += HW_CLOSURE_AT(list, i).weight;
+      Closure c = closure_load(list, i);
+      if (closure_type(c) == HW_CLOSURE_TRANSPARENT) sum += c.weight;
     }
   }
   return sum;

@@ -3,6 +3,7 @@
 #ifndef HW_GEOMETRY_GLSL
 #define HW_GEOMETRY_GLSL
 #include "tables.glsl"
+#include "words.glsl"
 
 // World space; normals are unit and not yet turned to the viewer.
 struct SurfaceGeometry {
@@ -14,12 +15,42 @@ struct SurfaceGeometry {
   uint material;
   uint object_index;
   uint instance_flags;
+  uint light_offset;           // as InstanceRecord
+  float terminator_cutoff;     // InstanceRecord::shadow_terminator_offset
 };
 
-uvec3 load_triangle(uint64_t indices, uint primitive) {
-  UintArray a = UintArray(indices);
-  return uvec3(a.at[3u * primitive], a.at[3u * primitive + 1u], a.at[3u * primitive + 2u]);
+// What a hit reads of its InstanceRecord, in words of 64 bits: lib/words.glsl.
+struct InstanceHit {
+  float object_to_world[12];
+  uint mesh;
+  uint slot_offset;
+  uint slot_count;
+  uint light_offset;
+  uint object_index;
+  uint flags;
+  float shadow_terminator_offset;
+};
+
+InstanceHit instance_load(uint instance) {
+  Words w = Words(HW_ROOT.instances + uint64_t(instance) * 224ul);
+  InstanceHit r;
+  for (uint i = 0u; i < 6u; ++i) {
+    uint64_t pair = w.at[i];
+    r.object_to_world[2u * i] = word_low_float(pair);
+    r.object_to_world[2u * i + 1u] = word_high_float(pair);
+  }
+  uint64_t mesh_slots = w.at[HW_INSTANCE_WORD_MESH], light_object = w.at[HW_INSTANCE_WORD_LIGHT];
+  r.mesh = word_low(mesh_slots);
+  r.slot_offset = word_high(mesh_slots);
+  r.slot_count = word_low(w.at[HW_INSTANCE_WORD_MESH + 1u]);
+  r.light_offset = word_low(light_object);
+  r.object_index = word_high(light_object);
+  r.flags = word_high(w.at[HW_INSTANCE_WORD_FLAGS]);
+  r.shadow_terminator_offset = word_high_float(w.at[HW_INSTANCE_WORD_TERMINATOR]);
+  return r;
 }
+
+uvec3 load_triangle(uint64_t indices, uint primitive) { return word_triple(indices, primitive); }
 
 // Material index of a triangle of an instance; slots beyond the instance's fall to its last.
 uint triangle_material(uint64_t tri_slots, uint slot_offset, uint slot_count, uint primitive) {
@@ -28,24 +59,21 @@ uint triangle_material(uint64_t tri_slots, uint slot_offset, uint slot_count, ui
   return slot_count > 0u ? UintArray(HW_ROOT.slot_materials).at[slot_offset + slot] : 0u;
 }
 
+// A UV map has at least two components (core/scene/validate.cpp).
 vec2 load_uv(Attribute a, uvec3 vertices, uvec3 corners, uint primitive, vec3 b) {
   uvec3 i = a.domain == HW_DOMAIN_CORNER ? corners : a.domain == HW_DOMAIN_VERTEX ? vertices : uvec3(primitive);
-  FloatArray f = FloatArray(a.data);
-  uint n = a.components;
-  uint second = min(1u, n - 1u);
-  return b.x * vec2(f.at[i.x * n], f.at[i.x * n + second]) + b.y * vec2(f.at[i.y * n], f.at[i.y * n + second]) +
-         b.z * vec2(f.at[i.z * n], f.at[i.z * n + second]);
+  i *= a.components;
+  return b.x * word_two_floats(a.data, i.x) + b.y * word_two_floats(a.data, i.y) + b.z * word_two_floats(a.data, i.z);
 }
 
 // `with_uv`: the UV map is only fetched where something reads it.
 SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   SurfaceGeometry g;
-  InstanceTable instances = InstanceTable(HW_ROOT.instances);
   MeshTable meshes = MeshTable(HW_ROOT.meshes);
-  uint instance = hit.instance;
-  uint mesh = instances.at[instance].mesh;
-  float m[12] = instances.at[instance].object_to_world;
-  float sign_det = (instances.at[instance].flags & HW_INSTANCE_MIRRORED) != 0u ? -1.0 : 1.0;
+  InstanceHit instance = instance_load(hit.instance);
+  uint mesh = instance.mesh;
+  float m[12] = instance.object_to_world;
+  float sign_det = (instance.flags & HW_INSTANCE_MIRRORED) != 0u ? -1.0 : 1.0;
   uint64_t normals = meshes.at[mesh].normals;
   uint64_t tri_corners = meshes.at[mesh].tri_corners;
   vec3 b = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
@@ -53,10 +81,11 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   uvec3 v = load_triangle(meshes.at[mesh].tri_vertices, hit.primitive);
   uvec3 c = v;
   if (tri_corners != 0ul) c = load_triangle(tri_corners, hit.primitive);
-  Vec3Array positions = Vec3Array(meshes.at[mesh].positions);
-  vec3 p0 = HW_TRANSFORM_POINT(m, positions.at[v.x]);
-  vec3 p1 = HW_TRANSFORM_POINT(m, positions.at[v.y]);
-  vec3 p2 = HW_TRANSFORM_POINT(m, positions.at[v.z]);
+  uint64_t positions = meshes.at[mesh].positions;
+  vec3 q0 = word_vector(positions, v.x), q1 = word_vector(positions, v.y), q2 = word_vector(positions, v.z);
+  vec3 p0 = HW_TRANSFORM_POINT(m, q0);
+  vec3 p1 = HW_TRANSFORM_POINT(m, q1);
+  vec3 p2 = HW_TRANSFORM_POINT(m, q2);
   g.P = p0 * b.x + p1 * b.y + p2 * b.z;
   // Object space winding decides the outside; a mirrored instance turns the world-space winding round.
   vec3 cross_product = cross(p1 - p0, p2 - p0) * sign_det;
@@ -70,8 +99,7 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
     vec3 cofactor_x = cross(column_y, column_z) * sign_det;
     vec3 cofactor_y = cross(column_z, column_x) * sign_det;
     vec3 cofactor_z = cross(column_x, column_y) * sign_det;
-    Vec3Array n = Vec3Array(normals);
-    vec3 o0 = n.at[c.x], o1 = n.at[c.y], o2 = n.at[c.z];
+    vec3 o0 = word_vector(normals, c.x), o1 = word_vector(normals, c.y), o2 = word_vector(normals, c.z);
     vec3 n0 = cofactor_x * o0.x + cofactor_y * o0.y + cofactor_z * o0.z;
     vec3 n1 = cofactor_x * o1.x + cofactor_y * o1.y + cofactor_z * o1.z;
     vec3 n2 = cofactor_x * o2.x + cofactor_y * o2.y + cofactor_z * o2.z;
@@ -88,10 +116,11 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   g.uv = vec2(0.0);
   int uv = meshes.at[mesh].default_uv;
   if (with_uv && uv >= 0) g.uv = load_uv(meshes.at[mesh].attributes[uv], v, c, hit.primitive, b);
-  g.material = triangle_material(meshes.at[mesh].tri_slots, instances.at[instance].slot_offset,
-                                 instances.at[instance].slot_count, hit.primitive);
-  g.object_index = instances.at[instance].object_index;
-  g.instance_flags = instances.at[instance].flags;
+  g.material = triangle_material(meshes.at[mesh].tri_slots, instance.slot_offset, instance.slot_count, hit.primitive);
+  g.object_index = instance.object_index;
+  g.instance_flags = instance.flags;
+  g.light_offset = instance.light_offset;
+  g.terminator_cutoff = instance.shadow_terminator_offset;
   return g;
 }
 

@@ -16,6 +16,7 @@
 #include "material_inputs.glsl"
 #include "math_ops.h"
 #include "textures.glsl"
+#include "words.glsl"
 #ifdef HW_VM_PROCEDURAL
 #include "noise.h"
 #include "patterns.h"
@@ -31,9 +32,9 @@ uint vm_pc;             // row that `vm_row` holds
 uvec4 vm_row;
 
 void vm_fetch() {
-  UintArray words = UintArray(vm_words);
-  uint i = 4u * vm_pc;
-  vm_row = uvec4(words.at[i], words.at[i + 1u], words.at[i + 2u], words.at[i + 3u]);
+  Words words = Words(vm_words);
+  uint64_t first = words.at[2u * vm_pc], second = words.at[2u * vm_pc + 1u];
+  vm_row = uvec4(word_low(first), word_high(first), word_low(second), word_high(second));
 }
 void vm_next() {
   vm_pc += 1u;
@@ -44,7 +45,11 @@ uint vm_sub() { return vm_row.x >> 16u; }
 
 vec3 vm_read(uint operand) {
   vec3 r = vm_registers[operand & (HW_VM_REGISTERS - 1u)];
-  if ((operand & HW_OPERAND_CONSTANT) != 0u) { r = Vec4Array(vm_constants).at[operand & 0x7FFFu].xyz; }
+  if ((operand & HW_OPERAND_CONSTANT) != 0u) {
+    Words constants = Words(vm_constants);
+    uint i = 2u * (operand & 0x7FFFu);
+    r = vec3(word_floats(constants.at[i]), word_low_float(constants.at[i + 1u]));
+  }
   return r;
 }
 vec3 vm_a() { return vm_read(vm_row.y & 0xFFFFu); }
@@ -162,9 +167,11 @@ void vm_procedural() {
 
 // Runs the value rows of a section; `vm_row` is then its first closure row, or its end. False: the section is empty.
 bool vm_values(MaterialInputs m, uint section) {
-  vm_words = HW_ROOT.programs + uint64_t(MaterialTable(HW_ROOT.materials).at[m.material].program) * 4ul;
-  vm_constants = HW_ROOT.constants + uint64_t(MaterialTable(HW_ROOT.materials).at[m.material].constants) * 16ul;
-  bool any = MaterialTable(HW_ROOT.materials).at[m.material].program_words > 0u;
+  Words material = Words(HW_ROOT.materials + uint64_t(m.material) * 32ul);
+  uint64_t program = material.at[0];
+  vm_words = HW_ROOT.programs + uint64_t(word_low(program)) * 4ul;
+  vm_constants = HW_ROOT.constants + uint64_t(word_low(material.at[1])) * 16ul;
+  bool any = word_high(program) > 0u;
   vm_pc = 0u;
   if (any) { vm_pc = UintArray(vm_words).at[section]; }
   any = vm_pc != 0u;

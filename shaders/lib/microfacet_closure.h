@@ -40,10 +40,10 @@ HW_FN vec3 microfacet_reflect_tint(HW_IN(Closure) c) {
   return (c.type & HW_CLOSURE_NO_REFLECT) != 0u ? vec3(0.0f) : tint;
 }
 
-// What a facet seen at cosine cos_i reflects and transmits; cos_t as fresnel_dielectric gives it.
-HW_FN void microfacet_fresnel(HW_IN(Closure) c, float cos_i, HW_OUT(vec3) reflectance, HW_OUT(vec3) transmittance,
-                              HW_OUT(float) cos_t) {
-  uint kind = closure_fresnel(c);
+// What a facet seen at cosine cos_i reflects and transmits; cos_t as fresnel_dielectric gives it. `kind` is the closure's
+// HW_FRESNEL_*: apart, so that a builder's constant leaves the other kinds out.
+HW_FN void microfacet_fresnel(HW_IN(Closure) c, uint kind, float cos_i, HW_OUT(vec3) reflectance,
+                              HW_OUT(vec3) transmittance, HW_OUT(float) cos_t) {
   float F = fresnel_dielectric(cos_i, c.ior, cos_t);
   bool schlick = kind == HW_FRESNEL_SCHLICK;
   vec3 color0 = closure_color0(c);
@@ -69,17 +69,17 @@ HW_FN void microfacet_fresnel(HW_IN(Closure) c, float cos_i, HW_OUT(vec3) reflec
 
 // Share of a white environment that each lobe returns, without the closure's weight. As Cycles: tables for what they
 // hold, otherwise as if the surface were smooth; the missing energy of rough facets is taken as restored.
-HW_FN void microfacet_albedo(HW_IN(Closure) c, vec3 wo, HW_OUT(vec3) reflected, HW_OUT(vec3) transmitted) {
+// `kind` as above.
+HW_FN void microfacet_albedo(HW_IN(Closure) c, uint kind, vec3 wo, HW_OUT(vec3) reflected, HW_OUT(vec3) transmitted) {
   float cos_o = dot(c.N, wo);
   float cos_t;
-  microfacet_fresnel(c, cos_o, reflected, transmitted, cos_t);
-  uint kind = closure_fresnel(c);
+  microfacet_fresnel(c, kind, cos_o, reflected, transmitted, cos_t);
   float r = microfacet_roughness(c);
   float z = sqrt(abs((c.ior - 1.0f) / (c.ior + 1.0f)));
   vec3 smooth_albedo = reflected;
   bool from_ior = kind == HW_FRESNEL_SCHLICK || (kind == HW_FRESNEL_DIELECTRIC && c.ior > 1.0f);
-  float rise = lut_3d(HW_LUT_RISE_IOR, 16u, r, cos_o, z);
   if (from_ior) {
+    float rise = lut_3d(HW_LUT_RISE_IOR, 16u, r, cos_o, z);
     vec3 f0 = kind == HW_FRESNEL_SCHLICK ? closure_color0(c) : vec3(f0_from_ior(c.ior));
     reflected = mix(f0, vec3(1.0f), rise);
     if (HW_HAS(HW_FEATURE_TRANSMISSION)) {
@@ -143,7 +143,7 @@ HW_FN vec3 microfacet_eval(HW_IN(Closure) c, vec3 wo, vec3 wi, HW_OUT(float) pdf
 
   vec3 R, T;
   float cos_t;
-  microfacet_fresnel(c, cos_oh, R, T, cos_t);
+  microfacet_fresnel(c, closure_fresnel(c), cos_oh, R, T, cos_t);
   float mean_r = mean3(R);
   float mean_t = mean3(T);
   if (mean_r + mean_t <= 0.0f) return vec3(0.0f);
@@ -194,7 +194,7 @@ HW_FN uint microfacet_sample(HW_IN(Closure) c, vec3 Ng, vec3 wo, vec3 u, HW_OUT(
 
   vec3 R, T;
   float cos_t;
-  microfacet_fresnel(c, cos_oh, R, T, cos_t);
+  microfacet_fresnel(c, closure_fresnel(c), cos_oh, R, T, cos_t);
   float mean_r = mean3(R);
   float mean_t = mean3(T);
   if (mean_r + mean_t <= 0.0f) return HW_LABEL_NONE;

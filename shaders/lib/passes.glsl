@@ -21,7 +21,7 @@ vec4 motion_vector(vec3 P, vec3 previous) {
 vec3 closures_normal(ClosureList list, ShadingGeometry sg) {
   vec3 normal = vec3(0.0);
   for (uint i = 0u; i < list.count; ++i) {
-    Closure c = HW_CLOSURE_AT(list, i);
+    Closure c = closure_load(list, i);
     bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
     normal += through ? vec3(0.0) : c.N * ((c.weight.x + c.weight.y + c.weight.z) * (1.0 / 3.0));
   }
@@ -59,7 +59,7 @@ void write_share_passes(uint path, PathState state, SurfaceGeometry g, ClosureLi
   if ((HW_PASSES & colour_passes) != 0u) {
     vec3 diffuse = vec3(0.0), glossy = vec3(0.0), transmission = vec3(0.0);
     for (uint i = 0u; i < list.count; ++i) {
-      Closure c = HW_CLOSURE_AT(list, i);
+      Closure c = closure_load(list, i);
       bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
       vec3 reflected = through ? vec3(0.0) : closure_albedo(c, sg.wo, true, false);
       vec3 transmitted = through ? vec3(0.0) : closure_albedo(c, sg.wo, false, true);
@@ -90,7 +90,7 @@ bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
   float weight = 0.0, rough_weight = 0.0;
   bool only_transparent = true;
   for (uint i = 0u; i < list.count; ++i) {
-    Closure c = HW_CLOSURE_AT(list, i);
+    Closure c = closure_load(list, i);
     bool through = closure_type(c) == HW_CLOSURE_TRANSPARENT;
     only_transparent = only_transparent && through;
     bool is_rough = closure_roughness2(c) > 0.075 * 0.075;

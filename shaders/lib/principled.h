@@ -21,7 +21,7 @@ HW_FN vec3 principled_coat(HW_INOUT(ClosureList) list, HW_IN(ShadingGeometry) g,
   float alpha = square(saturate(p.coat_roughness));
   closure_set_roughness(c, alpha, alpha);
   bool reflects = (g.flags & HW_SHADE_NO_REFLECTIVE_CAUSTICS) == 0u && c.sample_weight > 0.0f;
-  vec3 albedo = closure_finish_microfacet(c, g.wo, vec3(fresnel_dielectric_mean(ior)), 1u);
+  vec3 albedo = closure_finish_microfacet(c, HW_FRESNEL_DIELECTRIC, g.wo, vec3(fresnel_dielectric_mean(ior)), 1u);
   c.sample_weight = reflects ? c.sample_weight : 0.0f;
   closures_push(list, c);
   vec3 left = reflects ? closure_layer(albedo, weight) : weight;
@@ -93,7 +93,7 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
     closure_set_colors(c, f0_color, vec3(0.0f));
     vec3 mean_fresnel = mix(f0_color, vec3(1.0f), fresnel_rise(fresnel_dielectric_mean(eta), eta));
     bool there = c.sample_weight > 0.0f;
-    vec3 albedo = closure_finish_microfacet(c, g.wo, mean_fresnel, p.multiscatter);
+    vec3 albedo = closure_finish_microfacet(c, HW_FRESNEL_SCHLICK, g.wo, mean_fresnel, p.multiscatter);
     closures_push(list, c);
     w = there ? closure_layer(albedo, w) : w;
   }

@@ -24,6 +24,7 @@ Ray shadow_ray(SurfacePoint point, vec3 wi, float distance, vec3 normal) {
   ray.tmin = 0.0;
   ray.tmax = HW_INFINITY;
   ray.mask = HW_MASK_SHADOW_OPAQUE;
+  ray.flags = 0u;
   if (distance < HW_INFINITY) {
     // End just before the light's own surface, seen from where the ray really starts.
     vec3 end = offset_origin(point.position + wi * distance, normal);

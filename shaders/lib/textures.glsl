@@ -7,28 +7,29 @@
 #include "../shared/material_program.h"
 #include "color_ops.h"
 #include "tables.glsl"
-
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer HalfTexels { uvec2 at[]; };
+#include "words.glsl"
 
 // Texel of a row-major image; x and y are in range.
 vec4 image_texel(uint64_t texels, uint format, uint index) {
-  if (format == HW_TEXEL_RGBA8) { return unpackUnorm4x8(UintArray(texels).at[index]); }
+  if (!HW_HAS(HW_FEATURE_TEXEL_FORMATS) || format == HW_TEXEL_RGBA8) { return unpackUnorm4x8(UintArray(texels).at[index]); }
   if (format == HW_TEXEL_RGBA16F) {
-    uvec2 h = HalfTexels(texels).at[index];
-    return vec4(unpackHalf2x16(h.x), unpackHalf2x16(h.y));
+    uint64_t h = Words(texels).at[index];
+    return vec4(unpackHalf2x16(word_low(h)), unpackHalf2x16(word_high(h)));
   }
   if (format == HW_TEXEL_R8) {
     float v = float(uint(ByteArray(texels).at[index])) * (1.0 / 255.0);
     return vec4(v, v, v, 1.0);
   }
-  return Vec4Array(texels).at[index];
+  return vec4(word_floats(Words(texels).at[2u * index]), word_floats(Words(texels).at[2u * index + 1u]));
 }
 
-// Index of a texel after wrapping, -1 where it is clipped. Mirror counts edge texels twice.
+// Index of a texel after wrapping, -1 where it is clipped. Mirror counts edge texels twice. `i` is at most a few texels
+// outside one period, so that the quotient by way of floats is right or one off; an integer division costs lavapipe one
+// for each lane.
 int image_wrap(int i, int size, uint extension) {
   int period = extension == HW_EXTENSION_MIRROR ? 2 * size : size;
-  int m = i % period;
-  m = m < 0 ? m + period : m;
+  int m = i - period * int(floor(float(i) / float(period)));
+  m = m < 0 ? m + period : (m >= period ? m - period : m);
   m = m >= size ? 2 * size - 1 - m : m;
   bool clipped = extension == HW_EXTENSION_CLIP && (i < 0 || i >= size);
   int clamped = clamp(i, 0, size - 1);
@@ -63,15 +64,18 @@ vec4 image_filtered(uint64_t texels, uint width, uint height, uint format, vec2 
   int x0 = int(whole.x) - (taps == 4 ? 1 : 0);
   int y0 = int(whole.y) - (taps == 4 ? 1 : 0);
   vec4 sum = vec4(0.0);
+  int tx = 0;
+  int ty = 0;
   for (int i = 0; i < taps * taps; ++i) {
-    int tx = i % taps;
-    int ty = i / taps;
     int x = image_wrap(x0 + tx, int(width), extension);
     int y = image_wrap(y0 + ty, int(height), extension);
     if (x >= 0 && y >= 0) {
       float w = image_tap_weight(tx, taps, f.x) * image_tap_weight(ty, taps, f.y);
       sum += w * image_texel(texels, format, uint(y) * width + uint(x));
     }
+    tx += 1;
+    ty += tx == taps ? 1 : 0;
+    tx = tx == taps ? 0 : tx;
   }
   return finite ? sum : vec4(0.0);
 }
@@ -100,11 +104,12 @@ vec3 image_box_weights(vec3 n, float blend) {
 // HW_OP_IMAGE: linear RGB and alpha of image `image` (index into Root::images) at `co`. `normal`: object-space shading
 // normal, read by the box projection only. A missing image is magenta.
 vec4 image_texture(uint image, uint sub, vec3 co, vec3 normal) {
-  uint64_t texels = ImageTable(HW_ROOT.images).at[image].texels;
-  uint width = ImageTable(HW_ROOT.images).at[image].width;
-  uint height = ImageTable(HW_ROOT.images).at[image].height;
-  uint format = ImageTable(HW_ROOT.images).at[image].format;
-  uint flags = ImageTable(HW_ROOT.images).at[image].flags;
+  Words record = Words(HW_ROOT.images + uint64_t(image) * 24ul);
+  uint64_t texels = record.at[0], size = record.at[1], kind = record.at[2];
+  uint width = word_low(size);
+  uint height = word_high(size);
+  uint format = word_low(kind);
+  uint flags = word_high(kind);
   uint interpolation = sub & 3u;
   uint extension = (sub >> 2u) & 3u;
   bool box = ((sub >> 4u) & 3u) == HW_PROJECTION_BOX;

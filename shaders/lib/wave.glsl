@@ -4,6 +4,7 @@
 #define HW_WAVE_GLSL
 #include "features.glsl"
 #include "tables.glsl"
+#include "words.glsl"
 
 layout(set = 0, binding = 1, scalar) uniform FrameBlock { FrameParams frame; } hw_frame;
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PathArray { PathState at[]; };
@@ -21,6 +22,123 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) buffer CounterBuffe
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer QueueRef { QueueHeader header; uint path[]; };
 
 #define HW_FRAME hw_frame.frame
+
+// The records that every hit reads and writes, by words (lib/words.glsl). The structs' sizes are asserted where they are
+// declared; the order of their members is what these functions follow.
+PathState path_load(uint path) {
+  Words w = Words(HW_FRAME.paths + uint64_t(path) * 56ul);
+  uint64_t w2 = w.at[2], w4 = w.at[4], w5 = w.at[5], w6 = w.at[6];
+  PathState s;
+  vec2 w1 = word_floats(w.at[1]);
+  vec2 w3 = word_floats(w.at[3]);
+  s.throughput = vec3(word_floats(w.at[0]), w1.x);
+  s.mis_pdf = w1.y;
+  s.mis_origin = vec3(word_floats(w2), w3.x);
+  s.min_pdf = w3.y;
+  s.pixel = word_low(w4);
+  s.sample_index = word_high(w4);
+  s.flags = word_low(w5);
+  s.bounces = word_high(w5);
+  s.transparent = word_low(w6);
+  s.seed = word_high(w6);
+  return s;
+}
+void path_store(uint path, PathState s) {
+  Words w = Words(HW_FRAME.paths + uint64_t(path) * 56ul);
+  w.at[0] = word_of(s.throughput.x, s.throughput.y);
+  w.at[1] = word_of(s.throughput.z, s.mis_pdf);
+  w.at[2] = word_of(s.mis_origin.x, s.mis_origin.y);
+  w.at[3] = word_of(s.mis_origin.z, s.min_pdf);
+  w.at[4] = word_of(s.pixel, s.sample_index);
+  w.at[5] = word_of(s.flags, s.bounces);
+  w.at[6] = word_of(s.transparent, s.seed);
+}
+// What the surface stage changes.
+void path_store_progress(uint path, PathState s) {
+  Words w = Words(HW_FRAME.paths + uint64_t(path) * 56ul);
+  w.at[0] = word_of(s.throughput.x, s.throughput.y);
+  w.at[1] = word_of(s.throughput.z, s.mis_pdf);
+  w.at[5] = word_of(s.flags, s.bounces);
+}
+
+Ray ray_of_words(Words w) {
+  uint64_t w1 = w.at[1], w3 = w.at[3];
+  Ray r;
+  r.origin = vec3(word_floats(w.at[0]), word_low_float(w1));
+  r.tmin = word_high_float(w1);
+  r.direction = vec3(word_floats(w.at[2]), word_low_float(w3));
+  r.tmax = word_high_float(w3);
+  uint64_t w4 = w.at[4];
+  r.mask = word_low(w4);
+  r.flags = word_high(w4);
+  return r;
+}
+void ray_to_words(Words w, Ray r) {
+  w.at[0] = word_of(r.origin.x, r.origin.y);
+  w.at[1] = word_of(r.origin.z, r.tmin);
+  w.at[2] = word_of(r.direction.x, r.direction.y);
+  w.at[3] = word_of(r.direction.z, r.tmax);
+  w.at[4] = word_of(r.mask, r.flags);
+}
+Ray ray_load(uint path) { return ray_of_words(Words(HW_FRAME.rays + uint64_t(path) * 40ul)); }
+void ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.rays + uint64_t(path) * 40ul), r); }
+void shadow_ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.shadow_rays + uint64_t(path) * 40ul), r); }
+
+Hit hit_load(uint path) {
+  Words w = Words(HW_FRAME.hits + uint64_t(path) * 24ul);
+  uint64_t w0 = w.at[0], w1 = w.at[1];
+  Hit h;
+  h.t = word_low_float(w0);
+  h.u = word_high_float(w0);
+  h.v = word_low_float(w1);
+  h.instance = word_high(w1);
+  h.primitive = word_low(w.at[2]);
+  h.pad = 0u;
+  return h;
+}
+
+// Nothing of a flat scene's shading normals is kept.
+SurfacePoint surface_load(uint path) {
+  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * 64ul);
+  SurfacePoint p;
+  uint64_t w7 = w.at[7];
+  words_to_vectors(w.at[0], w.at[1], w.at[2], p.position, p.normal);
+  p.shading_normal = p.normal;
+  p.terminator_offset = vec3(0.0);
+  p.terminator_cutoff = 0.0;
+  if (HW_HAS(HW_FEATURE_BUMP)) {
+    words_to_vectors(w.at[3], w.at[4], w.at[5], p.shading_normal, p.terminator_offset);
+    p.terminator_cutoff = word_low_float(w.at[6]);
+  }
+  p.closure_count = word_low(w7);
+  p.flags = word_high(w7);
+  p.pad = 0u;
+  return p;
+}
+void surface_store(uint path, SurfacePoint p) {
+  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * 64ul);
+  w.at[0] = word_of(p.position.x, p.position.y);
+  w.at[1] = word_of(p.position.z, p.normal.x);
+  w.at[2] = word_of(p.normal.y, p.normal.z);
+  if (HW_HAS(HW_FEATURE_BUMP)) {
+    w.at[3] = word_of(p.shading_normal.x, p.shading_normal.y);
+    w.at[4] = word_of(p.shading_normal.z, p.terminator_offset.x);
+    w.at[5] = word_of(p.terminator_offset.y, p.terminator_offset.z);
+    w.at[6] = word_of(floatBitsToUint(p.terminator_cutoff), 0u);
+  }
+  w.at[7] = word_of(p.closure_count, p.flags);
+}
+
+void shadow_store(uint path, ShadowState s) {
+  Words w = Words(HW_FRAME.shadows + uint64_t(path) * 56ul);
+  w.at[0] = word_of(s.radiance.x, s.radiance.y);
+  w.at[1] = word_of(floatBitsToUint(s.radiance.z), s.bounce);
+  if (HW_LIGHT_PASSES) w.at[2] = word_of(s.diffuse.x, s.diffuse.y);
+  w.at[3] = word_of(floatBitsToUint(s.diffuse.z), s.light);
+  if (HW_LIGHT_PASSES) w.at[4] = word_of(s.glossy.x, s.glossy.y);
+  w.at[5] = word_of(floatBitsToUint(s.glossy.z), s.transparent);
+  if (HW_HAS(HW_FEATURE_EMISSION_PROGRAM)) w.at[6] = word_of(s.uv.x, s.uv.y);
+}
 
 void queue_push(uint64_t queue, uint path) {
   QueueRef q = QueueRef(queue);

@@ -43,10 +43,10 @@ struct Closure {
   float alpha_y;           // microfacets: alpha across; sheen: LTC b; toon: smooth [rad]
   float ior;               // microfacets: index below the surface over index above (viewer's side)
   float energy_scale;      // microfacets: restores the energy of multiple scattering
-  uint tangent;            // octahedral, 2 x 16 bit
   uint color0_rg;          // six half floats, two colours. SCHLICK: f0 and tint; F82: f0 and b; CONDUCTOR: n and k;
   uint color0_b_color1_r;  //   Oren-Nayar: the multiple-scattering term of the viewing direction
   uint color1_gb;
+  uint tangent;            // octahedral, 2 x 16 bit
 };
 HW_CHECK_SIZE(Closure, 64)
 

@@ -69,10 +69,11 @@ struct SurfacePoint {
   vec3 shading_normal;      // interpolated, on the side of the viewer, before bump and normal maps
   vec3 terminator_offset;   // moves shadow rays off the facets of a smooth mesh (Cycles' geometry offset)
   float terminator_cutoff;  // cosine at the geometric normal below which it applies
+  uint pad;
   uint closure_count;
   uint flags;  // HW_SURFACE_* and HW_SHADE_*
 };
-HW_CHECK_SIZE(SurfacePoint, 60)
+HW_CHECK_SIZE(SurfacePoint, 64)
 HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
 HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could be evaluated for
 
@@ -142,6 +143,8 @@ struct FrameParams {
 HW_CHECK_SIZE(FrameParams, 584)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
+HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through
+HW_CONST uint HW_FRAME_MISSES_DARK = 4u;    // nothing shines behind everything: no world, no sun
 
 HW_NAMESPACE_END
 #endif

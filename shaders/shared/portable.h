@@ -93,6 +93,7 @@ inline float intBitsToFloat(int u) {
 #define HW_NAMESPACE_BEGIN namespace hw {
 #define HW_NAMESPACE_END }
 #define HW_CHECK_SIZE(T, N) static_assert(sizeof(T) == (N), #T " must have the same size in C++ and GLSL");
+#define HW_CHECK_OFFSET(T, member, N) static_assert(offsetof(T, member) == (N), #T "::" #member " has moved");
 
 #else
 
@@ -113,6 +114,7 @@ inline float intBitsToFloat(int u) {
 #define HW_NAMESPACE_BEGIN
 #define HW_NAMESPACE_END
 #define HW_CHECK_SIZE(T, N)
+#define HW_CHECK_OFFSET(T, member, N)
 
 #endif
 

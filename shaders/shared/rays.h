@@ -12,8 +12,15 @@ struct Ray {
   vec3 direction;
   float tmax;
   uint mask;
+  uint flags;  // HW_RAY_*
 };
-HW_CHECK_SIZE(Ray, 36)
+HW_CHECK_SIZE(Ray, 40)
+
+// What a Tracer may make use of, or not. The ray ends its path at whatever surface it meets: where that is, and which,
+// does not matter, and HW_BLOCKED_INSTANCE may be answered. It only looks for lamps, and with HW_RAY_MISS_DARK nothing
+// shines behind everything either: a ray that meets no lamp may be answered so too.
+HW_CONST uint HW_RAY_SURFACES_DARK = 1u;
+HW_CONST uint HW_RAY_MISS_DARK = 2u;
 
 // Whether a Tracer may be given the ray. Embree 3 ends the process over numbers that are not finite or very large, and
 // ray query leaves them undefined; what is not traceable hits nothing. (1e18: below Embree's own bound of 1.844e18.)
@@ -32,10 +39,12 @@ struct Hit {
   float v;
   uint instance;   // index into the instance table
   uint primitive;  // triangle index within the mesh
+  uint pad;        // records are whole 64-bit words: lib/words.glsl
 };
-HW_CHECK_SIZE(Hit, 20)
+HW_CHECK_SIZE(Hit, 24)
 
 HW_CONST uint HW_LAMP_INSTANCE = 0xFFFFFFFEu;
+HW_CONST uint HW_BLOCKED_INSTANCE = 0xFFFFFFFDu;  // see HW_RAY_SURFACES_DARK
 
 // Instance mask bits (Vulkan has eight). Ray visibility is as in Cycles: what kind of ray may see the object.
 HW_CONST uint HW_MASK_CAMERA = 1u;

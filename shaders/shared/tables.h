@@ -53,8 +53,18 @@ struct InstanceRecord {
   vec3 generated_min;              // texture space of the mesh for Generated coordinates: min and 1/size
   vec3 generated_scale;
   uint key;  // which object this is (hw::object_key): the same wherever its record lies in the table, never HW_NONE
+  uint pad;
 };
-HW_CHECK_SIZE(InstanceRecord, 220)
+HW_CHECK_SIZE(InstanceRecord, 224)
+// Where instance_load (lib/geometry.glsl) finds members: index of the 64-bit word. The matrix is the first six.
+HW_CONST uint HW_INSTANCE_WORD_MESH = 18u;        // mesh, slot_offset; then slot_count, mask
+HW_CONST uint HW_INSTANCE_WORD_LIGHT = 20u;       // light_offset, object_index
+HW_CONST uint HW_INSTANCE_WORD_FLAGS = 21u;       // random_id, flags
+HW_CONST uint HW_INSTANCE_WORD_TERMINATOR = 23u;  // color.z, shadow_terminator_offset
+HW_CHECK_OFFSET(InstanceRecord, mesh, 8 * HW_INSTANCE_WORD_MESH)
+HW_CHECK_OFFSET(InstanceRecord, light_offset, 8 * HW_INSTANCE_WORD_LIGHT)
+HW_CHECK_OFFSET(InstanceRecord, flags, 8 * HW_INSTANCE_WORD_FLAGS + 4)
+HW_CHECK_OFFSET(InstanceRecord, shadow_terminator_offset, 8 * HW_INSTANCE_WORD_TERMINATOR + 4)
 HW_CONST uint HW_INSTANCE_MIRRORED = 1u;  // negative determinant
 HW_CONST uint HW_INSTANCE_HOLDOUT = 2u;
 HW_CONST uint HW_INSTANCE_SHADOW_CATCHER = 4u;

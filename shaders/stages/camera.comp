@@ -37,7 +37,8 @@ void main() {
   ray.tmax -= ray.tmin;
   ray.tmin = 0.0;
   ray.mask = HW_MASK_CAMERA | HW_MASK_LAMP;
-  RayArray(HW_FRAME.rays).at[path] = ray;
+  ray.flags = 0u;
+  ray_store(path, ray);
 
   PathState state;
   state.throughput = vec3(1.0);
@@ -50,7 +51,7 @@ void main() {
   state.bounces = 0u;
   state.transparent = 0u;
   state.seed = hash;
-  PathArray(HW_FRAME.paths).at[path] = state;
+  path_store(path, state);
   UintBuffer q = UintBuffer(push.out_queue + 16ul);
   q.at[path] = path;
 

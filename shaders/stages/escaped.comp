@@ -79,9 +79,9 @@ void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
-  PathState state = PathArray(HW_FRAME.paths).at[path];
-  Ray ray = RayArray(HW_FRAME.rays).at[path];
-  Hit hit = HitArray(HW_FRAME.hits).at[path];
+  PathState state = path_load(path);
+  Ray ray = ray_load(path);
+  Hit hit = hit_load(path);
   if (hit.instance == HW_NONE) {
     missed(path, state, ray.direction);
   } else {

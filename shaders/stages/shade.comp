@@ -62,9 +62,8 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
     result_add_light(path, shadow.radiance, shadow.bounce, shadow.diffuse, shadow.glossy);
     return;
   }
-  Ray ray = shadow_ray(point, draw.wi, draw.distance, draw.normal);
-  RayArray(HW_FRAME.shadow_rays).at[path] = ray;
-  ShadowArray(HW_FRAME.shadows).at[path] = shadow;
+  shadow_ray_store(path, shadow_ray(point, draw.wi, draw.distance, draw.normal));
+  shadow_store(path, shadow);
   queue_push(push.out_queue, path);
   if (draw.program) queue_push(HW_FRAME.program_queue, path);
 }
@@ -73,9 +72,9 @@ void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
-  PathState state = PathArray(HW_FRAME.paths).at[path];
-  SurfacePoint point = SurfaceArray(HW_FRAME.surfaces).at[path];
-  Ray ray = RayArray(HW_FRAME.rays).at[path];
+  PathState state = path_load(path);
+  SurfacePoint point = surface_load(path);
+  Ray ray = ray_load(path);
   ShadingGeometry sg;
   sg.wo = -ray.direction;
   sg.Ng = point.normal;
@@ -134,11 +133,16 @@ void main() {
     ray.direction = s.wi;
     ray.tmax = HW_INFINITY;
     ray.mask = (reflects ? diffuse ? HW_MASK_DIFFUSE : HW_MASK_GLOSSY : HW_MASK_TRANSMISSION) | HW_MASK_LAMP;
+    // Past the last bounce most scenes have nothing but lamps to find. What sort_hits.comp drops, a Tracer need not find.
+    bool wants_surface = keeps_background || (HW_FEATURE_PASSES && (state.flags & HW_PATH_FEATURES_DONE) == 0u);
+    if (last && !wants_surface && (HW_FRAME.frame_flags & HW_FRAME_SURFACES_DARK) != 0u)
+      ray.flags = HW_RAY_SURFACES_DARK |
+                  ((HW_FRAME.frame_flags & HW_FRAME_MISSES_DARK) != 0u ? HW_RAY_MISS_DARK : 0u);
   }
   ray.origin = offset_origin(point.position, dot(point.normal, ray.direction) < 0.0 ? -point.normal : point.normal);
   ray.tmin = 0.0;
   state.throughput = throughput;
-  PathArray(HW_FRAME.paths).at[path] = state;
-  RayArray(HW_FRAME.rays).at[path] = ray;
+  path_store(path, state);
+  ray_store(path, ray);
   queue_push(push.out_queue2, path);
 }

@@ -13,6 +13,7 @@ void main() {
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
   uint instance = HitArray(HW_FRAME.hits).at[path].instance;
+  if (instance == HW_BLOCKED_INSTANCE) return;
   bool surface = instance < HW_LAMP_INSTANCE;
   uint flags = PathArray(HW_FRAME.paths).at[path].flags;
   bool emission_only = (flags & HW_PATH_EMISSION_ONLY) != 0u;

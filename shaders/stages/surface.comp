@@ -19,9 +19,9 @@ layout(local_size_x = 64) in;
 // Leaves the transparent closure alone, which is the last one where there is one. Returns how many closures are left.
 uint keep_transparent(ClosureList list, uint count) {
   if (!HW_HAS(HW_FEATURE_TRANSPARENT) || count == 0u) return 0u;
-  Closure last = HW_CLOSURE_AT(list, count - 1u);
+  Closure last = closure_load(list, count - 1u);
   if (closure_type(last) != HW_CLOSURE_TRANSPARENT) return 0u;
-  HW_CLOSURE_AT(list, 0u) = last;
+  closure_store(list, 0u, last);
   return 1u;
 }
 
@@ -68,9 +68,8 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   // Emission, weighed against having sampled this triangle from the last vertex.
   if (surface.emission.x + surface.emission.y + surface.emission.z > 0.0 && !holdout) {
     float weight = 1.0;
-    uint light_offset = InstanceTable(HW_ROOT.instances).at[hit.instance].light_offset;
-    if (state.mis_pdf > 0.0 && light_offset != HW_NONE) {
-      uint light = light_offset + hit.primitive;
+    if (state.mis_pdf > 0.0 && g.light_offset != HW_NONE) {
+      uint light = g.light_offset + hit.primitive;
       LightRecord record = LightTable(HW_ROOT.lights).at[light];
       float pdf = light_pdf(record, state.mis_origin, ray.direction, distance(g.P, state.mis_origin)) *
                   AliasTable(HW_ROOT.light_alias).at[light].pdf;
@@ -123,11 +122,10 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   bool blurs = blur < 1.0;
   float blur_roughness = sqrt(max(1.0 - blur, 0.0)) * 0.5;
   for (uint i = 0u; i < count; ++i) {
-    Closure c = HW_CLOSURE_AT(surface.closures, i);
+    Closure c = closure_load(surface.closures, i);
     if (blurs) {
       closure_blur(c, blur_roughness);
-      HW_CLOSURE_AT(surface.closures, i).alpha_x = c.alpha_x;
-      HW_CLOSURE_AT(surface.closures, i).alpha_y = c.alpha_y;
+      closure_store_roughness(surface.closures, i, c);
     }
     delta_only = delta_only && closure_is_singular(c);
   }
@@ -136,13 +134,13 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   point.position = g.P;
   point.normal = Ng;
   point.shading_normal = N;
-  float offset_amount = InstanceTable(HW_ROOT.instances).at[hit.instance].shadow_terminator_offset;
-  point.terminator_offset = backfacing || offset_amount <= 0.0 ? vec3(0.0) : g.terminator_offset;
-  point.terminator_cutoff = offset_amount;
+  point.terminator_offset = backfacing || g.terminator_cutoff <= 0.0 ? vec3(0.0) : g.terminator_offset;
+  point.terminator_cutoff = g.terminator_cutoff;
+  point.pad = 0u;
   point.closure_count = count;
   point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u);
-  SurfaceArray(HW_FRAME.surfaces).at[path] = point;
-  PathArray(HW_FRAME.paths).at[path] = state;
+  surface_store(path, point);
+  path_store_progress(path, state);
   queue_push(push.out_queue, path);
 }
 
@@ -150,5 +148,5 @@ void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
-  met_surface(path, PathArray(HW_FRAME.paths).at[path], RayArray(HW_FRAME.rays).at[path], HitArray(HW_FRAME.hits).at[path]);
+  met_surface(path, path_load(path), ray_load(path), hit_load(path));
 }
