@@ -189,6 +189,8 @@ uint closure_features(const ProgramView& p, const std::uint32_t* w) {
       return f | HW_FEATURE_TRANSPARENT;
     case HW_OP_PRINCIPLED:
       return f | principled_features(p, w);
+    case HW_OP_IMAGE:  // interpolation, extension and projection: 0 is linear, repeated, flat
+      return f | ((r.sub & 63u) != 0 ? HW_FEATURE_IMAGE_MODES : 0u);
     default:
       return f;
   }

@@ -26,7 +26,7 @@ constexpr struct {
     {vm(HW_VM_TABLE), 2},         {vm(HW_VM_INPUT), 5},         {vm(HW_VM_IMAGE), 6},
     {vm(HW_VM_COLOR), 2},         {vm(HW_VM_NORMAL), 4},        {vm(HW_VM_NOISE), 60},
     {vm(HW_VM_VORONOI), 60},      {vm(HW_VM_PATTERN), 20},      {vm(HW_VM_BSDF), 8},
-    {vm(HW_VM_PRINCIPLED), 6},
+    {vm(HW_VM_PRINCIPLED), 6},    {HW_FEATURE_IMAGE_MODES, 4},
 };
 constexpr float kBaseCost = 15;
 // One more class means more kernels to load and smaller dispatches: classes are merged while that costs less than this

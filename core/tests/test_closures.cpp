@@ -3,6 +3,7 @@
 // test_closure_reference.cpp; how they are sampled, of test_closure_sampling.cpp.
 #include <doctest/doctest.h>
 
+#include <cstring>
 #include <span>
 
 #include "closure_cases.h"
@@ -38,6 +39,34 @@ TEST_CASE("stored albedo tables are the integrals they say") {
   }
   CHECK(std::sqrt(sum2 / fresh.size()) < 6e-4);
   CHECK(worst < 2e-2);  // at the edge of total internal reflection, where 24 points an axis are few
+}
+
+// Every cell that a look-up can fall in holds its corners: GLSL reads these words where C++ reads the table.
+TEST_CASE("words of the albedo tables hold the tables' cells") {
+  const std::span<const float> table = albedo_lut_table();
+  const std::vector<std::uint64_t> words = albedo_lut_words();
+  REQUIRE(words.size() == HW_LUT_COUNT);
+  const auto corner = [&](std::size_t i, int c) { return float(words[i] >> (16 * c) & 0xFFFF) / 65535.0f; };
+  const auto wrong_cells = [&](std::uint32_t first, std::uint32_t n, std::uint32_t rows) {
+    int wrong = 0;
+    for (std::uint32_t y = 0; y < rows; ++y)
+      for (std::uint32_t x = 0; x + 1 < n; ++x) {
+        const std::size_t i = first + y * n + x;
+        wrong += corner(i, 0) != table[i] || corner(i, 1) != table[i + 1];
+        if (y % n + 1 < n && rows > 1) wrong += corner(i, 2) != table[i + n] || corner(i, 3) != table[i + n + 1];
+      }
+    return wrong;
+  };
+  CHECK(wrong_cells(HW_LUT_E, 32, 32) == 0);
+  CHECK(wrong_cells(HW_LUT_E_MEAN, 32, 1) == 0);
+  for (std::uint32_t first : {HW_LUT_GLASS, HW_LUT_GLASS_INV, HW_LUT_RISE_IOR}) CHECK(wrong_cells(first, 16, 256) == 0);
+  for (std::uint32_t first : {HW_LUT_GLASS_MEAN, HW_LUT_GLASS_INV_MEAN, HW_LUT_RISE_SCHLICK})
+    CHECK(wrong_cells(first, 16, 16) == 0);
+  for (std::size_t i = HW_LUT_SHEEN; i + 1 < HW_LUT_COUNT; ++i) {
+    float pair[2];
+    std::memcpy(pair, &words[i], 8);
+    if (pair[0] != table[i] || pair[1] != table[i + 1]) FAIL_CHECK("sheen word ", i);
+  }
 }
 
 TEST_CASE("white furnace: multiscatter GGX loses nothing") {

@@ -128,6 +128,37 @@ TEST_CASE("tracers agree with brute force: instances, masks, lamps, ray ends") {
   });
 }
 
+// What a Tracer may leave out for rays that end at any surface (HW_RAY_SURFACES_DARK): never a lamp that is seen, never a
+// way into the open that counts, and what is neither stays neither.
+TEST_CASE("tracers: rays that only look for lamps find the same lamps") {
+  std::mt19937 random(8);
+  const World world = random_world(random);
+  const std::vector<Ray> plain = random_rays(random, 3000, 2.5f);
+  with_tracers([&](Device& device, Tracer& tracer) {
+    world.give(tracer);
+    Rig rig(device, 4096);
+    const auto full = rig.closest(tracer, plain);
+    for (const std::uint32_t flags : {HW_RAY_SURFACES_DARK, HW_RAY_SURFACES_DARK | HW_RAY_MISS_DARK}) {
+      CAPTURE(flags);
+      std::vector<Ray> rays = plain;
+      for (Ray& ray : rays) ray.flags = flags;
+      const auto hits = rig.closest(tracer, rays);
+      int lamps = 0, wrong = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        const std::uint32_t was = full[i].instance, is = hits[i].instance;
+        lamps += was == HW_LAMP_INSTANCE;
+        const bool same_lamp = is == was && hits[i].primitive == full[i].primitive && hits[i].t == full[i].t;
+        const bool ends = was < HW_BLOCKED_INSTANCE || (was == HW_NONE && (flags & HW_RAY_MISS_DARK));
+        if (was == HW_LAMP_INSTANCE) wrong += !same_lamp;
+        if (was == HW_NONE && !ends) wrong += is != HW_NONE;
+        if (ends) wrong += is != was && is != HW_BLOCKED_INSTANCE;
+      }
+      CHECK(lamps > 100);
+      CHECK(wrong == 0);
+    }
+  });
+}
+
 TEST_CASE("tracers: nothing in the scene, nothing in the queue") {
   with_tracers([](Device& device, Tracer& tracer) {
     Rig rig(device, 64);

@@ -37,7 +37,7 @@ LightDraw draw_light(vec3 P, float u, vec2 u2) {
   d.valid = false;
   uint index = alias_pick(HW_ROOT.light_alias, HW_ROOT.light_count, u);
   float choice = AliasTable(HW_ROOT.light_alias).at[index].pdf;
-  LightRecord light = LightTable(HW_ROOT.lights).at[index];
+  LightRecord light = light_load(index);
   d.light = index;
   d.flags = light.flags;
   d.delta = false;

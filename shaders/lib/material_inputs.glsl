@@ -7,6 +7,7 @@
 #include "hash.h"
 #include "material_io.glsl"
 #include "tables.glsl"
+#include "words.glsl"
 
 #define HW_INSTANCE(i) InstanceTable(HW_ROOT.instances).at[i]
 #define HW_MESH(i) MeshTable(HW_ROOT.meshes).at[i]
@@ -19,18 +20,27 @@ void input_pixel_tangents(MaterialInputs m, out vec3 dx, out vec3 dy) {
   dy *= width;
 }
 
-uvec3 input_triangle(uint64_t indices, uint primitive) {
-  UintArray a = UintArray(indices);
-  return uvec3(a.at[3u * primitive], a.at[3u * primitive + 1u], a.at[3u * primitive + 2u]);
+// A matrix of the instance, row-major 3x4.
+const uint HW_INPUT_OBJECT_TO_WORLD = 0u;
+const uint HW_INPUT_WORLD_TO_OBJECT = 6u;  // in 64-bit words
+float[12] input_matrix(uint instance, uint first) {
+  Words w = Words(HW_ROOT.instances + uint64_t(instance) * 216ul + uint64_t(first) * 8ul);
+  float m[12];
+  for (uint i = 0u; i < 6u; ++i) {
+    uint64_t pair = w.at[i];
+    m[2u * i] = word_low_float(pair);
+    m[2u * i + 1u] = word_high_float(pair);
+  }
+  return m;
 }
 
 // Two edges of the triangle in object space.
 void input_edges(uint mesh, uint primitive, out vec3 e1, out vec3 e2) {
-  uvec3 v = input_triangle(HW_MESH(mesh).tri_vertices, primitive);
-  Vec3Array p = Vec3Array(HW_MESH(mesh).positions);
-  vec3 p0 = p.at[v.x];
-  e1 = p.at[v.y] - p0;
-  e2 = p.at[v.z] - p0;
+  uvec3 v = word_triple(HW_MESH(mesh).tri_vertices, primitive);
+  uint64_t positions = HW_MESH(mesh).positions;
+  vec3 p0 = word_vector(positions, v.x);
+  e1 = word_vector(positions, v.y) - p0;
+  e2 = word_vector(positions, v.z) - p0;
 }
 
 // Barycentrics (v, w of the second and third vertex) of the shifted point.
@@ -39,7 +49,8 @@ vec2 input_barycentrics(MaterialInputs m, vec3 offset) {
   if (dot(offset, offset) > 0.0 && m.instance != HW_NONE) {
     vec3 e1, e2;
     input_edges(HW_INSTANCE(m.instance).mesh, m.primitive, e1, e2);
-    vec3 d = HW_TRANSFORM_VECTOR(HW_INSTANCE(m.instance).world_to_object, offset);
+    float t[12] = input_matrix(m.instance, HW_INPUT_WORLD_TO_OBJECT);
+    vec3 d = HW_TRANSFORM_VECTOR(t, offset);
     float a = dot(e1, e1), c = dot(e2, e2), k = dot(e1, e2);
     float det = a * c - k * k;
     float x = dot(d, e1), y = dot(d, e2);
@@ -62,19 +73,28 @@ uint input_find_attribute(uint mesh, uint name) {
 uvec3 input_elements(uint mesh, uint domain, uint primitive) {
   uint64_t corners = HW_MESH(mesh).tri_corners;
   uint64_t indices = domain == HW_DOMAIN_CORNER && corners != 0ul ? corners : HW_MESH(mesh).tri_vertices;
-  uvec3 e = input_triangle(indices, primitive);
+  uvec3 e = word_triple(indices, primitive);
   return domain == HW_DOMAIN_FACE ? uvec3(primitive) : e;
 }
 
 // One element: a single component is kept in x, y and z; a missing alpha is 1.
 vec4 input_element(uint64_t data, uint components, uint index) {
-  FloatArray f = FloatArray(data);
   uint base = index * components;
-  float x = f.at[base];
-  float y = components > 1u ? f.at[base + min(1u, components - 1u)] : x;
-  float z = components > 2u ? f.at[base + min(2u, components - 1u)] : (components == 1u ? x : 0.0);
-  float w = components > 3u ? f.at[base + min(3u, components - 1u)] : 1.0;
-  return vec4(x, y, z, w);
+  Words first = Words(data + uint64_t(base >> 1u) * 8ul);
+  vec2 xy = word_floats(first.at[0]);
+  bool odd = (base & 1u) != 0u;
+  if (components == 1u) {
+    float x = odd ? xy.y : xy.x;
+    return vec4(x, x, x, 1.0);
+  }
+  if (odd) { xy = vec2(xy.y, word_low_float(first.at[1])); }
+  vec2 zw = vec2(0.0, 1.0);
+  if (components > 2u) {
+    // The third lies in either half; a fourth only follows where it is the lower.
+    vec2 pair = word_floats(Words(data + uint64_t((base + 2u) >> 1u) * 8ul).at[0]);
+    zw = vec2(odd ? pair.y : pair.x, components > 3u ? pair.y : 1.0);
+  }
+  return vec4(xy, zw);
 }
 
 vec4 input_interpolated(uint mesh, uint index, uint primitive, vec2 b) {
@@ -90,9 +110,9 @@ vec4 input_uv_tangent(uint mesh, uint index, uint primitive) {
   uint64_t data = HW_MESH(mesh).attributes[index].data;
   uint components = HW_MESH(mesh).attributes[index].components;
   uvec3 e = input_elements(mesh, HW_MESH(mesh).attributes[index].domain, primitive);
-  vec4 uv0 = input_element(data, components, e.x);
-  vec4 d1 = input_element(data, components, e.y) - uv0;
-  vec4 d2 = input_element(data, components, e.z) - uv0;
+  vec2 uv0 = word_two_floats(data, e.x * components);
+  vec2 d1 = word_two_floats(data, e.y * components) - uv0;
+  vec2 d2 = word_two_floats(data, e.z * components) - uv0;
   vec3 e1, e2;
   input_edges(mesh, primitive, e1, e2);
   float det = d1.x * d2.y - d1.y * d2.x;
@@ -142,18 +162,22 @@ vec3 input_transform(MaterialInputs m, uint sub, vec3 v) {
   vec3 world = v;
   if (from == HW_SPACE_CAMERA) { world = input_from_camera(v) + (kind == HW_TRANSFORM_AS_POINT ? input_camera_origin() : vec3(0.0)); }
   if (from == HW_SPACE_OBJECT && has) {
-    vec3 linear = kind == HW_TRANSFORM_AS_NORMAL ? HW_TRANSFORM_TRANSPOSED(HW_INSTANCE(m.instance).world_to_object, v)
-                                                 : HW_TRANSFORM_VECTOR(HW_INSTANCE(m.instance).object_to_world, v);
-    vec3 point = HW_TRANSFORM_POINT(HW_INSTANCE(m.instance).object_to_world, v);
-    world = kind == HW_TRANSFORM_AS_POINT ? point : linear;
+    bool normal = kind == HW_TRANSFORM_AS_NORMAL;
+    float t[12] = input_matrix(m.instance, normal ? HW_INPUT_WORLD_TO_OBJECT : HW_INPUT_OBJECT_TO_WORLD);
+    vec3 linear = HW_TRANSFORM_VECTOR(t, v);
+    vec3 transposed = HW_TRANSFORM_TRANSPOSED(t, v);
+    vec3 offset = vec3(t[3], t[7], t[11]);
+    world = normal ? transposed : (kind == HW_TRANSFORM_AS_POINT ? linear + offset : linear);
   }
   vec3 r = world;
   if (to == HW_SPACE_CAMERA) { r = input_to_camera(kind == HW_TRANSFORM_AS_POINT ? world - input_camera_origin() : world); }
   if (to == HW_SPACE_OBJECT && has) {
-    vec3 linear = kind == HW_TRANSFORM_AS_NORMAL ? HW_TRANSFORM_TRANSPOSED(HW_INSTANCE(m.instance).object_to_world, world)
-                                                 : HW_TRANSFORM_VECTOR(HW_INSTANCE(m.instance).world_to_object, world);
-    vec3 point = HW_TRANSFORM_POINT(HW_INSTANCE(m.instance).world_to_object, world);
-    r = kind == HW_TRANSFORM_AS_POINT ? point : linear;
+    bool normal = kind == HW_TRANSFORM_AS_NORMAL;
+    float t[12] = input_matrix(m.instance, normal ? HW_INPUT_OBJECT_TO_WORLD : HW_INPUT_WORLD_TO_OBJECT);
+    vec3 linear = HW_TRANSFORM_VECTOR(t, world);
+    vec3 transposed = HW_TRANSFORM_TRANSPOSED(t, world);
+    vec3 offset = vec3(t[3], t[7], t[11]);
+    r = normal ? transposed : (kind == HW_TRANSFORM_AS_POINT ? linear + offset : linear);
   }
   float length2 = dot(r, r);
   return kind == HW_TRANSFORM_AS_NORMAL && length2 > 0.0 ? r * inversesqrt(length2) : r;
@@ -226,7 +250,8 @@ vec3 input_value(MaterialInputs m, uint kind, vec3 offset) {
   if (kind == HW_INPUT_GENERATED || kind == HW_INPUT_OBJECT) {
     r = P;
     if (has) {
-      vec3 o = HW_TRANSFORM_POINT(HW_INSTANCE(m.instance).world_to_object, P);
+      float t[12] = input_matrix(m.instance, HW_INPUT_WORLD_TO_OBJECT);
+      vec3 o = HW_TRANSFORM_POINT(t, P);
       r = kind == HW_INPUT_OBJECT ? o : (o - HW_INSTANCE(m.instance).generated_min) * HW_INSTANCE(m.instance).generated_scale;
     }
   }
@@ -234,7 +259,8 @@ vec3 input_value(MaterialInputs m, uint kind, vec3 offset) {
   if (kind >= HW_INPUT_RADIAL_X && kind <= HW_INPUT_RADIAL_Z) {
     vec3 g = P;
     if (has) {
-      vec3 o = HW_TRANSFORM_POINT(HW_INSTANCE(m.instance).world_to_object, P);
+      float t[12] = input_matrix(m.instance, HW_INPUT_WORLD_TO_OBJECT);
+      vec3 o = HW_TRANSFORM_POINT(t, P);
       g = (o - HW_INSTANCE(m.instance).generated_min) * HW_INSTANCE(m.instance).generated_scale;
     }
     vec3 d = g - vec3(0.5);
@@ -278,8 +304,7 @@ vec3 input_baked_normal(MaterialInputs m) {
   uint64_t normals = HW_MESH(mesh).normals;
   uint64_t data = normals != 0ul ? normals : HW_MESH(mesh).positions;
   uvec3 e = input_elements(mesh, normals != 0ul ? HW_DOMAIN_CORNER : HW_DOMAIN_VERTEX, m.primitive);
-  Vec3Array v = Vec3Array(data);
-  vec3 a = v.at[e.x], b = v.at[e.y], c = v.at[e.z];
+  vec3 a = word_vector(data, e.x), b = word_vector(data, e.y), c = word_vector(data, e.z);
   vec3 smooth_ = a * (1.0 - m.bary_u - m.bary_v) + b * m.bary_u + c * m.bary_v;
   vec3 flat_ = cross(b - a, c - a);
   float length2 = dot(flat_, flat_);

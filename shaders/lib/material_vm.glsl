@@ -118,15 +118,6 @@ void vm_lookup(MaterialInputs m) {
   if (HW_VM_HAS(HW_VM_COLOR)) {
     if (op == HW_OP_COLOR) { r = color_convert(sub, a); }
   }
-  if (HW_VM_HAS(HW_VM_NORMAL)) {
-    vec3 c = vm_c();
-    if (op == HW_OP_BUMP) {
-      vec3 dx, dy;
-      input_pixel_tangents(m, dx, dy);
-      r = bump_normal(a, dx, dy, c, b.x, b.y, b.z);
-    }
-    if (op == HW_OP_NORMAL_MAP) { r = input_normal_map(m, sub, imm, a, b.x, c); }
-  }
   if (HW_VM_HAS(HW_VM_IMAGE)) {
     if (op == HW_OP_IMAGE) {
       vec4 texel = image_texture(imm, sub, a, b);
@@ -140,6 +131,20 @@ void vm_lookup(MaterialInputs m) {
       r = vec3(sub == 0u && length2 == 0.0 ? vec2(0.0) : uv, 0.0);
     }
   }
+  vm_registers[(vm_row.x >> 8u) & (HW_VM_REGISTERS - 1u)] = r;
+}
+
+void vm_normal(MaterialInputs m) {
+  vec3 a = vm_a();
+  vec3 b = vm_b();
+  vec3 c = vm_c();
+  vec3 r = vec3(0.0);
+  if (vm_op() == HW_OP_BUMP) {
+    vec3 dx, dy;
+    input_pixel_tangents(m, dx, dy);
+    r = bump_normal(a, dx, dy, c, b.x, b.y, b.z);
+  }
+  if (vm_op() == HW_OP_NORMAL_MAP) { r = input_normal_map(m, vm_sub(), vm_row.w, a, b.x, c); }
   vm_registers[(vm_row.x >> 8u) & (HW_VM_REGISTERS - 1u)] = r;
 }
 
@@ -184,14 +189,22 @@ bool vm_values(MaterialInputs m, uint section) {
   do {
     do {
       do {
-        if (vm_op() < HW_TIER_CORE_END) {
-          vm_registers[(vm_row.x >> 8u) & (HW_VM_REGISTERS - 1u)] = core_op(vm_op(), vm_sub(), vm_a(), vm_b(), vm_c());
-          vm_next();
+        do {
+          if (vm_op() < HW_TIER_CORE_END) {
+            vm_registers[(vm_row.x >> 8u) & (HW_VM_REGISTERS - 1u)] = core_op(vm_op(), vm_sub(), vm_a(), vm_b(), vm_c());
+            vm_next();
+          }
+        } while (vm_op() < HW_TIER_CORE_END);
+        if (HW_VM_HAS(HW_VM_MATH | HW_VM_TABLE | HW_VM_INPUT | HW_VM_IMAGE | HW_VM_COLOR)) {
+          if (vm_op() < HW_TIER_NORMAL) {
+            vm_lookup(m);
+            vm_next();
+          }
         }
-      } while (vm_op() < HW_TIER_CORE_END);
-      if (HW_VM_HAS(HW_VM_MATH | HW_VM_TABLE | HW_VM_INPUT | HW_VM_IMAGE | HW_VM_COLOR | HW_VM_NORMAL)) {
+      } while (vm_op() < HW_TIER_NORMAL);
+      if (HW_VM_HAS(HW_VM_NORMAL)) {
         if (vm_op() < HW_TIER_LOOKUP_END) {
-          vm_lookup(m);
+          vm_normal(m);
           vm_next();
         }
       }

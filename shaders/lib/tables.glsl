@@ -6,6 +6,7 @@
 #include "../shared/rays.h"
 #include "../shared/tables.h"
 #include "push.glsl"
+#include "words.glsl"
 
 layout(set = 0, binding = 0, scalar) uniform RootBlock { Root root; } hw_root;
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
@@ -21,6 +22,28 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Array { vec4 at[]; };
 
 #define HW_ROOT hw_root.root
+
+// A light, by words (lib/words.glsl): the order is LightRecord's.
+LightRecord light_load(uint index) {
+  Words w = Words(HW_ROOT.lights + uint64_t(index) * 104ul);
+  uint64_t w0 = w.at[0], w8 = w.at[8], w9 = w.at[9], w10 = w.at[10], w11 = w.at[11], w12 = w.at[12];
+  LightRecord r;
+  r.type = word_low(w0);
+  r.flags = word_high(w0);
+  words_to_vectors(w.at[1], w.at[2], w.at[3], r.position, r.axis_x);
+  words_to_vectors(w.at[4], w.at[5], w.at[6], r.axis_y, r.axis_z);
+  r.emission = vec3(word_floats(w.at[7]), word_low_float(w8));
+  r.size_x = word_high_float(w8);
+  r.size_y = word_low_float(w9);
+  r.spread_or_spot = word_high_float(w9);
+  r.spot_smooth = word_low_float(w10);
+  r.instance = word_high(w10);
+  r.primitive = word_low(w11);
+  r.material = word_high(w11);
+  r.area = word_low_float(w12);
+  r.group = word_high(w12);
+  return r;
+}
 
 // Rows of a row-major 3x4 matrix applied to points, vectors and normals. A macro, so that only the matrix is loaded.
 #define HW_TRANSFORM_POINT(m, p)                                                       \

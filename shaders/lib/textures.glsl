@@ -53,6 +53,27 @@ float image_coordinate(float x, uint extension) {
   return extension == HW_EXTENSION_REPEAT || extension == HW_EXTENSION_MIRROR ? wrapped : clamp(x, -1.0, 2.0);
 }
 
+// As image_filtered, linear and repeated: what nearly all images are, without a loop.
+vec4 image_linear_repeated(uint64_t texels, uint width, uint height, uint format, vec2 uv) {
+  bool finite = abs(uv.x) < 1e18 && abs(uv.y) < 1e18;
+  vec2 c = finite ? uv - floor(uv) : vec2(0.0);
+  vec2 p = c * vec2(float(width), float(height)) - vec2(0.5);
+  vec2 whole = floor(p);
+  vec2 f = p - whole;
+  // From -1 to the size.
+  int w = int(width), h = int(height);
+  int x0 = int(whole.x), y0 = int(whole.y);
+  x0 = x0 < 0 ? x0 + w : min(x0, w - 1);
+  y0 = y0 < 0 ? y0 + h : min(y0, h - 1);
+  int x1 = x0 + 1 == w ? 0 : x0 + 1;
+  int y1 = y0 + 1 == h ? 0 : y0 + 1;
+  vec4 sum = (1.0 - f.x) * (1.0 - f.y) * image_texel(texels, format, uint(y0) * width + uint(x0));
+  sum += f.x * (1.0 - f.y) * image_texel(texels, format, uint(y0) * width + uint(x1));
+  sum += (1.0 - f.x) * f.y * image_texel(texels, format, uint(y1) * width + uint(x0));
+  sum += f.x * f.y * image_texel(texels, format, uint(y1) * width + uint(x1));
+  return finite ? sum : vec4(0.0);
+}
+
 // HW_OP_IMAGE without decoding: RGBA as stored, filtered.
 vec4 image_filtered(uint64_t texels, uint width, uint height, uint format, vec2 uv, uint interpolation, uint extension) {
   bool finite = abs(uv.x) < 1e18 && abs(uv.y) < 1e18;
@@ -112,7 +133,7 @@ vec4 image_texture(uint image, uint sub, vec3 co, vec3 normal) {
   uint flags = word_high(kind);
   uint interpolation = sub & 3u;
   uint extension = (sub >> 2u) & 3u;
-  bool box = ((sub >> 4u) & 3u) == HW_PROJECTION_BOX;
+  bool box = HW_HAS(HW_FEATURE_IMAGE_MODES) && ((sub >> 4u) & 3u) == HW_PROJECTION_BOX;
   bool missing = width == 0u || height == 0u;
 
   vec4 result = vec4(0.0);
@@ -129,7 +150,12 @@ vec4 image_texture(uint image, uint sub, vec3 co, vec3 normal) {
         uv = vec2(flip ? 1.0 - across : across, axis == 2 ? co.x : co.z);
       }
       if (weight > 0.0) {
-        vec4 r = image_filtered(texels, width, height, format, uv, interpolation, extension);
+        vec4 r;
+        if (HW_HAS(HW_FEATURE_IMAGE_MODES)) {
+          r = image_filtered(texels, width, height, format, uv, interpolation, extension);
+        } else {
+          r = image_linear_repeated(texels, width, height, format, uv);
+        }
         bool divide = (sub & HW_IMAGE_UNPREMULTIPLY) != 0u && (flags & HW_IMAGE_PREMULTIPLIED) != 0u && r.w != 0.0 && r.w != 1.0;
         vec3 rgb = divide ? r.xyz / r.w : r.xyz;
         if ((flags & HW_IMAGE_SRGB) != 0u) { rgb = vec3(srgb_to_linear(rgb.x), srgb_to_linear(rgb.y), srgb_to_linear(rgb.z)); }

@@ -49,6 +49,7 @@ HW_CONST uint HW_REGISTER_FIRST_FREE = 4u;  // programs write from here on
 
 // Tiers: opcodes below the bound belong to the tier.
 HW_CONST uint HW_TIER_CORE_END = 32u;
+HW_CONST uint HW_TIER_NORMAL = 56u;  // from here on to the end of the look-ups: a loop of their own, of normals
 HW_CONST uint HW_TIER_LOOKUP_END = 64u;
 HW_CONST uint HW_TIER_PROCEDURAL_END = 96u;
 HW_CONST uint HW_TIER_CLOSURE_END = 128u;
@@ -83,9 +84,9 @@ HW_CONST uint HW_TIER_CLOSURE_END = 128u;
   X(HW_OP_ENVIRONMENT, 39u, 1u,                                                                                        \
     HW_VM_IMAGE)                       /* a direction to texture coordinates; sub 0 equirectangular, 1 mirror ball */  \
   X(HW_OP_COLOR, 40u, 1u, HW_VM_COLOR) /* sub = HW_COLOR_* conversions */                                              \
-  X(HW_OP_BUMP, 41u, 7u,                                                                                               \
+  X(HW_OP_BUMP, 56u, 7u,                                                                                               \
     HW_VM_NORMAL) /* a (height, height at dx, at dy), b (strength, distance, filter width), c normal */                \
-  X(HW_OP_NORMAL_MAP, 42u, 7u,                                                                                         \
+  X(HW_OP_NORMAL_MAP, 57u, 7u,                                                                                         \
     HW_VM_NORMAL) /* a colour, b strength, c normal; sub = HW_NORMAL_MAP_*; imm = hash of tangents */                  \
   X(HW_OP_FRESNEL, 43u, 3u, HW_VM_MATH) /* a index of refraction, b normal; facing ratio of b if sub is 1 */           \
   /* procedural */                                                                                                     \

@@ -39,7 +39,7 @@ void missed(uint path, PathState state, vec3 direction) {
   uint suns = HW_ROOT.sun_count;
   for (uint i = 0u; i < suns; ++i) {
     uint index = HW_ROOT.sun_offset + i;
-    LightRecord sun = LightTable(HW_ROOT.lights).at[index];
+    LightRecord sun = light_load(index);
     float pdf;
     vec3 radiance = sun_emission(sun, direction, pdf);
     bool mis = state.mis_pdf > 0.0 && (sun.flags & HW_LIGHT_USE_MIS) != 0u;
@@ -52,7 +52,7 @@ void missed(uint path, PathState state, vec3 direction) {
 
 void met_lamp(uint path, PathState state, Ray ray, Hit hit) {
   uint index = hit.primitive;
-  LightRecord lamp = LightTable(HW_ROOT.lights).at[index];
+  LightRecord lamp = light_load(index);
   vec3 from = state.mis_origin;
   float t = dot(ray.origin - from, ray.direction) + hit.t;
   float pdf;

@@ -35,7 +35,7 @@ void main() {
   Ray ray = RayArray(HW_FRAME.shadow_rays).at[path];
   // As Cycles evaluates emission for light samples: by the shadow ray, with the depth of the path that casts it.
   uint bounces = s.bounce - 1u;
-  LightRecord light = LightTable(HW_ROOT.lights).at[s.light];
+  LightRecord light = light_load(s.light);
   vec3 radiance = vec3(0.0);
   if (light.type == HW_LIGHT_WORLD) {
     radiance = background_radiance(ray.direction, HW_PATH_SHADOW, bounces, 0u);

@@ -70,7 +70,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
     float weight = 1.0;
     if (state.mis_pdf > 0.0 && g.light_offset != HW_NONE) {
       uint light = g.light_offset + hit.primitive;
-      LightRecord record = LightTable(HW_ROOT.lights).at[light];
+      LightRecord record = light_load(light);
       float pdf = light_pdf(record, state.mis_origin, ray.direction, distance(g.P, state.mis_origin)) *
                   AliasTable(HW_ROOT.light_alias).at[light].pdf;
       weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf);
