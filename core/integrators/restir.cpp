@@ -9,6 +9,16 @@
 
 namespace hw {
 
+namespace {
+
+// Merging by each kind of weights is a kernel of its own: drivers that run both sides of a branch pay for all of it.
+SpecConstants with_weights(SpecConstants constants, ReuseWeights weights) {
+  constants.emplace_back(8, std::uint32_t(weights));
+  return constants;
+}
+
+}  // namespace
+
 RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproject)
     : context_(context),
       params_(resolve_reuse(context.settings)),
@@ -16,7 +26,7 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
       stages_(context, true),
       buffers_(context.device, context.wave.capacity(), context.light_count, false),
       candidates_(context.kernels.get("light_candidates", context.constants)),
-      reuse_(context.kernels.get("screen_reuse", context.constants)) {}
+      reuse_(context.kernels.get("screen_reuse", with_weights(context.constants, params_.weights))) {}
 
 void RestirIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;

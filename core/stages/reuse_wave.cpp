@@ -52,7 +52,6 @@ void apply_reuse(ReuseFrame& f, const ReuseParams& p, std::uint32_t width, std::
   f.candidates = p.candidates;
   f.indirect_candidates = p.indirect_candidates;
   f.neighbours = p.neighbours;
-  f.weights = std::uint32_t(p.weights);
   f.radius = p.reuse_radius * float(std::min(width, height));
   f.confidence_cap = float(p.history) * float(p.candidates);
   f.history_passes = float(p.history);

@@ -76,7 +76,7 @@ LightDraw draw_reservoir(vec3 P, Reservoir r, float mis_scale) {
   LightDraw d;
   d.valid = false;
   if (r.light >= HW_ROOT.light_count || !(r.weight > 0.0)) return d;
-  LightRecord light = LightTable(HW_ROOT.lights).at[r.light];
+  LightRecord light = light_load(r.light);
   bool world = light.type == HW_LIGHT_WORLD;
   LightPoint p = light_point(light, vec2(r.u, r.v), P);
   d.wi = p.wi;

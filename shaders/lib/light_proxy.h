@@ -10,14 +10,16 @@ HW_NAMESPACE_BEGIN
 
 HW_FN float luminance(vec3 c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
-// `choice`: probability of the light; `world_radiance`: mean luminance of the world.
-HW_FN LightProxy light_proxy(LightRecord light, float choice, float world_radiance, uint world_flags) {
+// `entry`: the light's in the alias table; `world_radiance`: mean luminance of the world.
+HW_FN LightProxy light_proxy(LightRecord light, HW_IN(AliasEntry) entry, float world_radiance, uint world_flags) {
   LightProxy p;
+  p.threshold = entry.threshold;
+  p.alias = entry.alias;
   p.center = light.position;
   p.radius = 0.0f;
   p.area = 0.0f;
   p.flags = (light.flags & HW_LIGHT_USE_MIS) != 0u ? HW_PROXY_WEIGHED : 0u;
-  p.inverse_choice = choice > 0.0f ? 1.0f / choice : 0.0f;
+  p.inverse_choice = entry.pdf > 0.0f ? 1.0f / entry.pdf : 0.0f;
   vec3 axis = vec3(0.0f, 0.0f, 1.0f);
   float a = 0.0f;
   float b = 1.0f;

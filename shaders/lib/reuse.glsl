@@ -8,14 +8,76 @@
 #include "random.h"
 #include "reservoir.h"
 #include "reuse_target.h"
+#include "words.glsl"
 
 #define HW_REUSE HW_FRAME.reuse
+layout(constant_id = 8) const uint HW_WEIGHTS = 0u;  // HW_REUSE_WEIGHTS_*: kernels hold one kind
 bool reuse_has(uint flag) { return (HW_REUSE.flags & flag) != 0u; }
+
+// Records by words (lib/words.glsl); the order is their members'.
+Words proxy_words(uint light) { return Words(HW_REUSE.proxies + uint64_t(light) * 48ul); }
+LightProxy proxy_load(uint light) {
+  Words w = proxy_words(light);
+  uint64_t w1 = w.at[1], w2 = w.at[2], w4 = w.at[4];
+  LightProxy p;
+  p.center = vec3(word_floats(w.at[0]), word_low_float(w1));
+  p.radius = word_high_float(w1);
+  p.axis = word_low(w2);
+  p.emission = word_high(w2);
+  vec2 w3 = word_floats(w.at[3]);
+  p.intensity = w3.x;
+  p.area = w3.y;
+  p.inverse_choice = word_low_float(w4);
+  p.flags = word_high(w4);
+  p.threshold = 0.0;
+  p.alias = 0u;
+  return p;
+}
+
+Reservoir reservoir_load(uint64_t array, uint index) {
+  Words w = Words(array + uint64_t(index) * 24ul);
+  uint64_t w0 = w.at[0];
+  vec2 w1 = word_floats(w.at[1]), w2 = word_floats(w.at[2]);
+  Reservoir r;
+  r.light = word_low(w0);
+  r.u = word_high_float(w0);
+  r.v = w1.x;
+  r.weight = w1.y;
+  r.confidence = w2.x;
+  r.target = w2.y;
+  return r;
+}
+void reservoir_store(uint64_t array, uint index, Reservoir r) {
+  Words w = Words(array + uint64_t(index) * 24ul);
+  w.at[0] = word_of(r.light, floatBitsToUint(r.u));
+  w.at[1] = word_of(r.v, r.weight);
+  w.at[2] = word_of(r.confidence, r.target);
+}
+
+ReuseSurface reuse_surface_load(uint64_t array, uint index) {
+  Words w = Words(array + uint64_t(index) * 32ul);
+  uint64_t w1 = w.at[1], w2 = w.at[2], w3 = w.at[3];
+  ReuseSurface s;
+  s.position = vec3(word_floats(w.at[0]), word_low_float(w1));
+  s.key = word_high(w1);
+  s.normal = word_low(w2);
+  s.wo = word_high(w2);
+  s.reflectance = word_low(w3);
+  s.alpha_transmit = word_high(w3);
+  return s;
+}
+void reuse_surface_store(uint64_t array, uint index, ReuseSurface s) {
+  Words w = Words(array + uint64_t(index) * 32ul);
+  w.at[0] = word_of(s.position.x, s.position.y);
+  w.at[1] = word_of(floatBitsToUint(s.position.z), s.key);
+  w.at[2] = word_of(s.normal, s.wo);
+  w.at[3] = word_of(s.reflectance, s.alpha_transmit);
+}
 
 // p_hat of a light at a surface; 0 for no light.
 float reuse_target_of(TargetSurface s, uint light) {
   if (light >= HW_ROOT.light_count) return 0.0;
-  return target_value(s, LightProxyArray(HW_REUSE.proxies).at[light], HW_REUSE.light_mis_scale);
+  return target_value(s, proxy_load(light), HW_REUSE.light_mis_scale);
 }
 
 // A reservoir of the last frame in this one: its light by this frame's index, its past counted as the frame says. The

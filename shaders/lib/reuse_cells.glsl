@@ -11,6 +11,9 @@
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer CellArray { ReuseCell at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer KeyArray { uint64_t at[]; };
 
+// What a cell holds: from the third word of ReuseCell.
+Reservoir cell_held(uint cell) { return reservoir_load(HW_REUSE.cells + uint64_t(cell) * 72ul + 16ul, 0u); }
+
 // The reservoir of P's own cell; HW_NONE: P lies outside of all cells.
 uint cell_of(vec3 P) {
 #ifdef HW_CELLS_TREE

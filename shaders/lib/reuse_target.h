@@ -48,7 +48,7 @@ HW_FN ReuseSurface reuse_surface(HW_IN(ClosureList) list, vec3 position, vec3 wo
   float alpha = 0.0f;
   vec3 normal = vec3(0.0f);
   for (uint i = 0u; i < list.count; ++i) {
-    Closure c = HW_CLOSURE_AT(list, i);
+    Closure c = closure_load(list, i);
     float w = closure_is_singular(c) ? 0.0f : c.sample_weight;
     uint t = closure_type(c);
     bool other_side = t == HW_CLOSURE_TRANSLUCENT || t == HW_CLOSURE_REFRACTION || t == HW_CLOSURE_GLASS;

@@ -31,8 +31,10 @@ struct LightProxy {
   float area;         // that faces the receiver [m^2]; suns: solid angle; 0 for true points
   float inverse_choice;  // 1 / the probability of being chosen; 0: never
   uint flags;            // HW_PROXY_*
+  float threshold;       // the alias table's entry of the same index, to draw from it in one load
+  uint alias;
 };
-HW_CHECK_SIZE(LightProxy, 40)
+HW_CHECK_SIZE(LightProxy, 48)
 HW_CONST uint HW_PROXY_SUN = 1u;
 HW_CONST uint HW_PROXY_WORLD = 2u;
 HW_CONST uint HW_PROXY_TWO_SIDED = 4u;
@@ -74,7 +76,6 @@ struct ReuseFrame {
   uint light_remap_count;
   uint candidates, indirect_candidates;
   uint neighbours;
-  uint weights;            // HW_REUSE_WEIGHTS_*
   uint flags;              // HW_REUSE_*
   float radius;            // of spatial neighbours [pixels]
   float confidence_cap;    // most confidence a reservoir of the last pass may bring; 0: no cap
@@ -88,7 +89,7 @@ struct ReuseFrame {
   uint pass;               // counts passes of the render, for random numbers of cells
   int fixed_exponent;      // scale of fixed-point sums (lib/reservoir_race.h)
   WorldGrid grid;          // wssr-grid: cells are its cells
-  uint pad;
+  uint pad[2];
 };
 HW_CHECK_SIZE(ReuseFrame, 240)
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;

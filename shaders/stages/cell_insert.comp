@@ -17,12 +17,12 @@ void main() {
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
   UintBuffer(HW_REUSE.path_cells).at[path] = HW_NONE;
-  ReuseSurface surface = ReuseSurfaceArray(HW_REUSE.targets).at[path];
-  Reservoir r = ReservoirArray(HW_REUSE.reservoirs).at[path];
+  ReuseSurface surface = reuse_surface_load(HW_REUSE.targets, path);
+  Reservoir r = reservoir_load(HW_REUSE.reservoirs, path);
   if (surface.key == HW_NONE || !(r.confidence > 0.0)) return;
   uint cell = cell_of(surface.position);
   if (cell == HW_NONE) return;
-  PathState state = PathArray(HW_FRAME.paths).at[path];
+  PathState state = path_load(path);
   uint random = random_stream(state.seed, HW_REUSE.pass, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_CELL, HW_FRAME.seed);
   CellArray cells = CellArray(HW_REUSE.cells);

@@ -23,11 +23,11 @@ void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
-  ReuseSurface mine = ReuseSurfaceArray(HW_REUSE.targets).at[path];
+  ReuseSurface mine = reuse_surface_load(HW_REUSE.targets, path);
   if (mine.key == HW_NONE) return;
   uint own = cell_of(mine.position);
   if (own == HW_NONE) return;  // beyond the grid: the canonical sample
-  PathState state = PathArray(HW_FRAME.paths).at[path];
+  PathState state = path_load(path);
   TargetSurface surface = target_surface(mine);
   uint random = random_stream(state.seed, HW_REUSE.pass, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_REUSE, HW_FRAME.seed);
@@ -46,9 +46,9 @@ void main() {
         other = cell_neighbour(mine.position, i, k, stratum, random);
         if (other != HW_NONE && !(cells.at[other].held.confidence > 0.0)) other = HW_NONE;
       }
-      if (other != HW_NONE) r = cells.at[other].held;
+      if (other != HW_NONE) r = cell_held(other);
     } else if (found == 0u && !(black && k > 0u)) {
-      r = cells.at[own].held;
+      r = cell_held(own);
     }
     if (!(r.confidence > 0.0)) continue;
     ++found;
@@ -56,5 +56,5 @@ void main() {
     stream_add(stream, r.light, r.u, r.v, r.confidence * stream_weight(r, here), here, r.confidence, random_next(random));
   }
   if (found == 0u && !black) return;
-  ReservoirArray(HW_REUSE.reservoirs).at[path] = stream_end_count(stream);
+  reservoir_store(HW_REUSE.reservoirs, path, stream_end_count(stream));
 }

@@ -14,7 +14,7 @@ void main() {
   if (cell == HW_NONE) return;
   CellArray cells = CellArray(HW_REUSE.cells);
   if (cells.at[cell].best != KeyArray(HW_REUSE.race_keys).at[path]) return;
-  Reservoir r = ReservoirArray(HW_REUSE.reservoirs).at[path];
+  Reservoir r = reservoir_load(HW_REUSE.reservoirs, path);
   cells.at[cell].light = r.light;
   cells.at[cell].u = r.u;
   cells.at[cell].v = r.v;

@@ -14,15 +14,14 @@ layout(local_size_x = 64) in;
 Reservoir choose_light(TargetSurface target, PathState state, uint count) {
   uint random = random_stream(state.seed, HW_REUSE.pass, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_CANDIDATES, HW_FRAME.seed);
-  LightProxyArray proxies = LightProxyArray(HW_REUSE.proxies);
-  AliasTable table = AliasTable(HW_ROOT.light_alias);
   float scale = float(HW_ROOT.light_count) / float(count);
   ReservoirStream stream = stream_begin();
   for (uint i = 0u; i < count; ++i) {
     float scaled = (float(i) + random_next(random)) * scale;
     uint entry = min(uint(scaled), HW_ROOT.light_count - 1u);
-    uint light = scaled - float(entry) < table.at[entry].threshold ? entry : table.at[entry].alias;
-    LightProxy proxy = proxies.at[light];
+    uint64_t odds = proxy_words(entry).at[5];  // threshold, alias
+    uint light = scaled - float(entry) < word_low_float(odds) ? entry : word_high(odds);
+    LightProxy proxy = proxy_load(light);
     float p_hat = target_value(target, proxy, HW_REUSE.light_mis_scale);
     stream_add(stream, light, 0.0, 0.0, p_hat * proxy.inverse_choice, p_hat, 1.0, random_next(random));
   }
@@ -33,24 +32,24 @@ void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
-  PathState state = PathArray(HW_FRAME.paths).at[path];
-  SurfacePoint point = SurfaceArray(HW_FRAME.surfaces).at[path];
+  PathState state = path_load(path);
+  SurfacePoint point = surface_load(path);
   uint bounce = path_bounce(state.bounces);
   bool primary = bounce == 0u && (state.flags & HW_PATH_REUSED) == 0u;
   if ((point.flags & HW_SURFACE_DELTA_ONLY) != 0u) {
-    ReservoirArray(HW_REUSE.reservoirs).at[path] = reservoir_empty(0.0);
-    ReuseSurfaceArray(HW_REUSE.targets).at[path] = reuse_surface_none();
+    reservoir_store(HW_REUSE.reservoirs, path, reservoir_empty(0.0));
+    reuse_surface_store(HW_REUSE.targets, path, reuse_surface_none());
     return;
   }
   ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), point.closure_count);
   uint key = InstanceTable(HW_ROOT.instances).at[HitArray(HW_FRAME.hits).at[path].instance].key;
-  vec3 wo = -RayArray(HW_FRAME.rays).at[path].direction;
+  vec3 wo = -ray_load(path).direction;
   ReuseSurface surface = reuse_surface(list, point.position, wo, point.shading_normal, key);
   Reservoir r = choose_light(target_surface(surface), state, primary ? HW_REUSE.candidates : HW_REUSE.indirect_candidates);
 
   // A point on it. Its density in the light's normalised measure: solid-angle pdf times solid angle per measure.
   vec2 u2 = sampler_2d(state.seed, state.sample_index, sampler_dimension(bounce + state.transparent, HW_DIM_LIGHT), HW_FRAME.seed);
-  LightRecord light = LightTable(HW_ROOT.lights).at[min(r.light, HW_ROOT.light_count - 1u)];
+  LightRecord light = light_load(min(r.light, HW_ROOT.light_count - 1u));
   LightSample s = light_sample_none();
   vec2 uv;
   bool ok;
@@ -72,12 +71,12 @@ void main() {
   r.v = uv.y;
   r.weight = r.weight / density;
   if (!ok || !reservoir_usable(r.weight)) r = reservoir_empty(r.confidence);
-  ReservoirArray(HW_REUSE.reservoirs).at[path] = r;
-  ReuseSurfaceArray(HW_REUSE.targets).at[path] = surface;
+  reservoir_store(HW_REUSE.reservoirs, path, r);
+  reuse_surface_store(HW_REUSE.targets, path, surface);
 
   bool shadowed = light.type == HW_LIGHT_WORLD || (light.flags & HW_LIGHT_CAST_SHADOW) != 0u;
   if (push.out_queue != 0ul && primary && r.light != HW_NONE && shadowed) {
-    RayArray(HW_FRAME.shadow_rays).at[path] = shadow_ray(point, s.wi, s.distance, s.normal);
+    shadow_ray_store(path, shadow_ray(point, s.wi, s.distance, s.normal));
     queue_push(push.out_queue, path);
   }
 }

@@ -12,5 +12,5 @@ void main() {
   bool constant_world = HW_ROOT.world_material == HW_NONE;
   float world = constant_world ? luminance(HW_ROOT.world_color) : HW_ROOT.world.total;
   LightProxyArray(HW_FRAME.reuse.proxies).at[i] =
-      light_proxy(LightTable(HW_ROOT.lights).at[i], AliasTable(HW_ROOT.light_alias).at[i].pdf, world, HW_ROOT.world_flags);
+      light_proxy(light_load(i), AliasTable(HW_ROOT.light_alias).at[i], world, HW_ROOT.world_flags);
 }

@@ -9,6 +9,5 @@ layout(local_size_x = 64) in;
 void main() {
   uint i = push.c + gl_GlobalInvocationID.x;
   if (i >= push.a) return;
-  Reservoir r = ReservoirArray(HW_REUSE.screen).at[i];
-  ReservoirArray(HW_REUSE.screen).at[i] = reservoir_next_frame(r);
+  reservoir_store(HW_REUSE.screen, i, reservoir_next_frame(reservoir_load(HW_REUSE.screen, i)));
 }

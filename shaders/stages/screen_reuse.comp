@@ -37,9 +37,9 @@ void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
   uint path = queue.path[gl_GlobalInvocationID.x];
-  PathState state = PathArray(HW_FRAME.paths).at[path];
-  Reservoir canonical = ReservoirArray(HW_REUSE.reservoirs).at[path];
-  ReuseSurface mine = ReuseSurfaceArray(HW_REUSE.targets).at[path];
+  PathState state = path_load(path);
+  Reservoir canonical = reservoir_load(HW_REUSE.reservoirs, path);
+  ReuseSurface mine = reuse_surface_load(HW_REUSE.targets, path);
   uint bounce = path_bounce(state.bounces);
   bool primary = bounce == 0u && (state.flags & HW_PATH_REUSED) == 0u;
   // Nothing to share: indirect hits of `restir`, and mirrors and windows, behind which the first surface may still come.
@@ -48,8 +48,9 @@ void main() {
 
   // An occluded candidate stands for darkness (Bitterli et al. 2020, visibility reuse).
   if (primary && reuse_has(HW_REUSE_VISIBLE) && canonical.light != HW_NONE) {
-    LightRecord light = LightTable(HW_ROOT.lights).at[canonical.light];
-    bool asked = light.type == HW_LIGHT_WORLD || (light.flags & HW_LIGHT_CAST_SHADOW) != 0u;
+    LightTable lights = LightTable(HW_ROOT.lights);
+    bool asked = lights.at[canonical.light].type == HW_LIGHT_WORLD ||
+                 (lights.at[canonical.light].flags & HW_LIGHT_CAST_SHADOW) != 0u;
     if (asked && UintBuffer(HW_FRAME.shadow_hits).at[path] != 0u) canonical = reservoir_empty(canonical.confidence);
   }
 
@@ -62,7 +63,7 @@ void main() {
     home = pixel_at(camera_project(camera, mine.position));
     known = known && (camera.type == HW_CAMERA_PANORAMIC || camera_depth(camera, mine.position) > 0.0);
   } else if (reuse_has(HW_REUSE_NEW_FRAME)) {
-    before = previous_position(HitArray(HW_FRAME.hits).at[path]);
+    before = previous_position(hit_load(path));
     home = pixel_at(camera_project_previous(camera, before));
   }
   known = known && home != HW_NONE;
@@ -73,9 +74,7 @@ void main() {
   uint first = reuse_has(HW_REUSE_TEMPORAL) ? 0u : 1u;
   uint count = known ? neighbours + 1u : 0u;
   uint random = random_stream(state.seed, HW_REUSE.pass, bounce + state.transparent, HW_STREAM_REUSE, HW_FRAME.seed);
-  ReservoirArray reservoirs = ReservoirArray(HW_REUSE.screen);
-  ReuseSurfaceArray surfaces = ReuseSurfaceArray(HW_REUSE.screen_surfaces);
-  bool mis = HW_REUSE.weights == HW_REUSE_WEIGHTS_MIS;
+  bool mis = HW_WEIGHTS == HW_REUSE_WEIGHTS_MIS;
 
   // Number 0 is the pixel itself, the others lie in a disk about it. Which take part is decided by surfaces alone, never
   // by samples. Pass 0 adds up their confidences, which pairwise weights need beforehand; pass 1 merges; pass 2 counts
@@ -87,7 +86,7 @@ void main() {
   ReservoirStream stream = stream_begin();
   Reservoir merged = reservoir_empty(0.0);
   float support = 0.0;
-  uint passes = HW_REUSE.weights == HW_REUSE_WEIGHTS_INVERSE_Z ? 3u : 2u;
+  uint passes = HW_WEIGHTS == HW_REUSE_WEIGHTS_INVERSE_Z ? 3u : 2u;
   for (uint pass = mis ? 0u : 1u; pass < passes; ++pass) {
     uint draws = random;
     for (uint i = first; i < count; ++i) {
@@ -98,10 +97,10 @@ void main() {
       if (x < 0 || y < 0 || x >= int(width) || y >= int(height)) continue;
       uint pixel = uint(y) * width + uint(x);
       if (i > 0u && pixel == home) continue;
-      ReuseSurface there = surfaces.at[pixel];
+      ReuseSurface there = reuse_surface_load(HW_REUSE.screen_surfaces, pixel);
       if (primary ? !similar(there, surface.normal, depth) : there.key == HW_NONE) continue;
       if (primary && i == 0u && there.key != mine.key) continue;
-      Reservoir r_i = reservoirs.at[pixel];
+      Reservoir r_i = reservoir_load(HW_REUSE.screen, pixel);
       float c_i = HW_REUSE.confidence_cap > 0.0 ? min(r_i.confidence, HW_REUSE.confidence_cap) : r_i.confidence;
       if (pass == 0u) {
         c_all += c_i;
@@ -130,12 +129,12 @@ void main() {
       merged = mis ? stream_end_mis(stream) : stream_end_count(stream);
     }
   }
-  if (HW_REUSE.weights == HW_REUSE_WEIGHTS_INVERSE_Z && merged.light != HW_NONE)
+  if (HW_WEIGHTS == HW_REUSE_WEIGHTS_INVERSE_Z && merged.light != HW_NONE)
     merged = stream_end_support(stream, support + c_1);  // it was chosen by p_hat here, so that is positive
 
-  ReservoirArray(HW_REUSE.reservoirs).at[path] = merged;
+  reservoir_store(HW_REUSE.reservoirs, path, merged);
   if (!primary) return;
-  ReservoirArray(HW_REUSE.next_screen).at[state.pixel] = reuse_has(HW_REUSE_TEMPORAL) ? merged : canonical;
-  ReuseSurfaceArray(HW_REUSE.next_screen_surfaces).at[state.pixel] = mine;
+  reservoir_store(HW_REUSE.next_screen, state.pixel, reuse_has(HW_REUSE_TEMPORAL) ? merged : canonical);
+  reuse_surface_store(HW_REUSE.next_screen_surfaces, state.pixel, mine);
   PathArray(HW_FRAME.paths).at[path].flags = state.flags | HW_PATH_REUSED;
 }
