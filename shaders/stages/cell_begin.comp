@@ -25,22 +25,20 @@ void main() {
                            int(grid_modulo(at.z - int(grid_modulo(low.z, n)), n)));
   tag = grid_tag(g, cell);
 #endif
-  if (push.b == 1u || cells.at[i].tag != tag) {
-    ReuseCell empty;
-    empty.sum = uint64_t(0u);
-    empty.best = race_none();
-    empty.held = reservoir_empty(0.0);
-    empty.tag = tag;
-    empty.inputs = 0u;
-    empty.count = 0u;
-    empty.offered = 0u;
-    empty.light = HW_NONE;
-    empty.u = 0.0;
-    empty.v = 0.0;
-    empty.target = 0.0;
-    cells.at[i] = empty;
-    return;
-  }
-  Reservoir held = cells.at[i].held;
-  cells.at[i].held = reservoir_next_frame(held);
+  bool keeps = push.b == 0u && cells.at[i].tag == tag;
+  ReuseCell now;
+  now.sum = uint64_t(0u);
+  now.best = race_none();
+  now.held = reservoir_empty(0.0);
+  if (keeps) now.held = reservoir_next_frame(cell_held(i));
+  now.tag = tag;
+  now.inputs = keeps ? cells.at[i].inputs : 0u;
+  // A pass that was cancelled may have left samples.
+  now.count = 0u;
+  now.offered = 0u;
+  now.light = HW_NONE;
+  now.u = 0.0;
+  now.v = 0.0;
+  now.target = 0.0;
+  cells.at[i] = now;
 }
