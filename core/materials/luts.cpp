@@ -43,15 +43,16 @@ std::vector<std::uint64_t> albedo_lut_words() {
   // never read.
   constexpr struct {
     std::uint32_t first, row;
-  } kTables[] = {{HW_LUT_E, 32},        {HW_LUT_E_MEAN, 32},    {HW_LUT_GLASS, 16},
-                 {HW_LUT_GLASS_MEAN, 16}, {HW_LUT_GLASS_INV, 16}, {HW_LUT_GLASS_INV_MEAN, 16},
-                 {HW_LUT_RISE_IOR, 16},   {HW_LUT_RISE_SCHLICK, 16}};
+  } kTables[] = {{HW_LUT_E, 32},         {HW_LUT_E_MEAN, 32},         {HW_LUT_GLASS, 16},    {HW_LUT_GLASS_MEAN, 16},
+                 {HW_LUT_GLASS_INV, 16}, {HW_LUT_GLASS_INV_MEAN, 16}, {HW_LUT_RISE_IOR, 16}, {HW_LUT_RISE_SCHLICK, 16}};
   std::vector<std::uint64_t> words;
   words.reserve(HW_LUT_COUNT);
   for (std::size_t t = 0; t < std::size(kTables); ++t) {
     const std::uint32_t end = t + 1 < std::size(kTables) ? kTables[t + 1].first : HW_LUT_SHEEN;
     for (std::uint32_t i = kTables[t].first; i < end; ++i) {
-      const auto at = [&](std::uint32_t step) { return std::uint64_t(kIntegrals[std::min(i + step, HW_LUT_SHEEN - 1)]); };
+      const auto at = [&](std::uint32_t step) {
+        return std::uint64_t(kIntegrals[std::min(i + step, HW_LUT_SHEEN - 1)]);
+      };
       const std::uint32_t row = kTables[t].row;
       words.push_back(at(0) | at(1) << 16 | at(row) << 32 | at(row + 1) << 48);
     }

@@ -11,8 +11,8 @@ namespace {
 // Embree reads vertices in steps of 16 bytes, past the last one.
 constexpr std::size_t kTailBytes = 16;
 
-// Places arrays one behind the other in one buffer, each at a multiple of 16 and padded to one, so that kernels may read
-// whole 64-bit words (lib/words.glsl).
+// Places arrays one behind the other in one buffer, each at a multiple of 16 and padded to one, so that kernels may
+// read whole 64-bit words (lib/words.glsl).
 struct Layout {
   std::size_t bytes = 0;
   std::size_t add(std::size_t size) {

@@ -128,8 +128,8 @@ TEST_CASE("tracers agree with brute force: instances, masks, lamps, ray ends") {
   });
 }
 
-// What a Tracer may leave out for rays that end at any surface (HW_RAY_SURFACES_DARK): never a lamp that is seen, never a
-// way into the open that counts, and what is neither stays neither.
+// What a Tracer may leave out for rays that end at any surface (HW_RAY_SURFACES_DARK): never a lamp that is seen, never
+// a way into the open that counts, and what is neither stays neither.
 TEST_CASE("tracers: rays that only look for lamps find the same lamps") {
   std::mt19937 random(8);
   const World world = random_world(random);

@@ -133,7 +133,8 @@ class EmbreeTracer final : public Tracer {
     hit.t = rayhit.ray.tfar;
   }
 
-  // The nearest lamp, or nothing, that no surface hides: few rays meet a lamp, and those that do need no nearest surface.
+  // The nearest lamp, or nothing, that no surface hides: few rays meet a lamp, and those that do need no nearest
+  // surface.
   void lamp1(const Ray& ray, Hit& hit, EmbreeQuery& query) const {
     hit = {};
     hit.instance = hit.primitive = HW_NONE;

@@ -36,7 +36,7 @@ ClosureList closures_at(uint64_t address, uint count) {
 }
 
 // What no closure of the scene has is neither written nor read.
-#define HW_CLOSURE_HAS_SHAPE                                                                                \
+#define HW_CLOSURE_HAS_SHAPE \
   HW_HAS(HW_FEATURE_MICROFACET | HW_FEATURE_ROUGH_DIFFUSE | HW_FEATURE_SHEEN | HW_FEATURE_TOON)
 #define HW_CLOSURE_HAS_COLOR1 HW_HAS(HW_FEATURE_METALLIC | HW_FEATURE_CONDUCTOR | HW_FEATURE_TRANSMISSION)
 

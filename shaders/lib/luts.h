@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Look-up tables of albedos: layout and interpolation. Filled by core/materials/luts.cpp: floats that C++ reads through
 // hw::albedo_luts(), and for GLSL at Root::luts one word an entry that holds the corners of its cell, so that blending
-// between four of them is one load (lib/words.glsl says why that counts). An integral's word has 4 x 16 bit, normalised:
-// the entry, the next in x, and the two above; a sheen's word two floats, the entry and the next in x.
+// between four of them is one load (lib/words.glsl says why that counts). An integral's word has 4 x 16 bit,
+// normalised: the entry, the next in x, and the two above; a sheen's word two floats, the entry and the next in x.
 //
 // All are sampled on [0, 1] with points at both ends and blended linearly. r: roughness (square root of alpha), c:
 // cosine of the viewing angle, z: sqrt(|ior - 1| / (ior + 1)), which is f0^(1/4).

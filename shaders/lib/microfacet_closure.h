@@ -40,8 +40,8 @@ HW_FN vec3 microfacet_reflect_tint(HW_IN(Closure) c) {
   return (c.type & HW_CLOSURE_NO_REFLECT) != 0u ? vec3(0.0f) : tint;
 }
 
-// What a facet seen at cosine cos_i reflects and transmits; cos_t as fresnel_dielectric gives it. `kind` is the closure's
-// HW_FRESNEL_*: apart, so that a builder's constant leaves the other kinds out.
+// What a facet seen at cosine cos_i reflects and transmits; cos_t as fresnel_dielectric gives it. `kind` is the
+// closure's HW_FRESNEL_*: apart, so that a builder's constant leaves the other kinds out.
 HW_FN void microfacet_fresnel(HW_IN(Closure) c, uint kind, float cos_i, HW_OUT(vec3) reflectance,
                               HW_OUT(vec3) transmittance, HW_OUT(float) cos_t) {
   float F = fresnel_dielectric(cos_i, c.ior, cos_t);

@@ -46,7 +46,7 @@ struct Closure {
   uint color0_rg;          // six half floats, two colours. SCHLICK: f0 and tint; F82: f0 and b; CONDUCTOR: n and k;
   uint color0_b_color1_r;  //   Oren-Nayar: the multiple-scattering term of the viewing direction
   uint color1_gb;
-  uint tangent;            // octahedral, 2 x 16 bit
+  uint tangent;  // octahedral, 2 x 16 bit
 };
 HW_CHECK_SIZE(Closure, 64)
 

@@ -19,9 +19,9 @@ HW_CONST uint HW_FEATURE_ROUGH_DIFFUSE = 1u << 8;  // Oren-Nayar
 HW_CONST uint HW_FEATURE_TOON = 1u << 9;
 HW_CONST uint HW_FEATURE_TRANSPARENT = 1u << 10;  // alpha below 1, Transparent
 HW_CONST uint HW_FEATURE_BUMP = 1u << 11;  // shading normals: smooth shading, bump, normal maps (all but flat faces)
-HW_CONST uint HW_FEATURE_MULTISCATTER = 1u << 12;  // Multiscatter GGX: energy of microfacets restored
+HW_CONST uint HW_FEATURE_MULTISCATTER = 1u << 12;   // Multiscatter GGX: energy of microfacets restored
 HW_CONST uint HW_FEATURE_TEXEL_FORMATS = 1u << 13;  // images of other formats than HW_TEXEL_RGBA8
-HW_CONST uint HW_FEATURE_IMAGE_MODES = 1u << 14;     // an image read otherwise than flat, linear and repeated
+HW_CONST uint HW_FEATURE_IMAGE_MODES = 1u << 14;    // an image read otherwise than flat, linear and repeated
 // Any of the families that leave microfacet records.
 HW_CONST uint HW_FEATURE_MICROFACET =
     HW_FEATURE_GLOSSY | HW_FEATURE_METALLIC | HW_FEATURE_CONDUCTOR | HW_FEATURE_TRANSMISSION | HW_FEATURE_COAT;
