@@ -82,13 +82,17 @@ TableCounts Tables::update() {
   failed_ = false;
   root_dirty_ = true;
   update_root();
-#if defined(__GLIBC__)
-  // Arrays that were lent went back to the allocator; large ones are pages of the system's again, the rest is trimmed.
-  if (counts.meshes_uploaded + counts.images_uploaded > 0) malloc_trim(0);
-#endif
+  untrimmed_ = untrimmed_ || counts.meshes_uploaded + counts.images_uploaded > 0;
   counts.build_seconds = tracer_.stats().build_seconds - built_before;
   counts.upload_seconds = std::max(0.0, seconds_since(start) - counts.build_seconds - counts.lights_seconds);
   return counts;
+}
+
+void Tables::trim_heap() {
+#if defined(__GLIBC__)
+  if (untrimmed_) malloc_trim(0);
+#endif
+  untrimmed_ = false;
 }
 
 void Tables::update_root() {

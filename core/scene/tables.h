@@ -56,6 +56,10 @@ class Tables {
   // DeviceError (OutOfMemory) or what the Tracer throws; the next update() then goes over everything again.
   TableCounts update();
 
+  // Gives the system back what updates freed: arrays that now lie in mapped buffers alone. Once, after the last of
+  // several updates: pages given back between them are only faulted in again (measured: a third of the CPU time).
+  void trim_heap();
+
   // Which table lights are chosen by: "uniform" or "power". Throws std::invalid_argument for another name.
   void choose_lights(const std::string& name);
 
@@ -144,7 +148,8 @@ class Tables {
   Scene& scene_;
   Tracer& tracer_;
   bool keep_scene_ = true;
-  bool failed_ = false;  // the last update did not finish
+  bool failed_ = false;     // the last update did not finish
+  bool untrimmed_ = false;  // updates freed arrays since the last trim_heap()
 
   std::map<Id, MeshSlot> meshes_;
   std::vector<std::uint32_t> free_mesh_records_;

@@ -206,6 +206,7 @@ void Session::start(const RenderSettings& asked) {
 }
 
 void Session::Impl::run() {
+  tables.trim_heap();
   try {
     RenderLoop loop(*context, tables, *film, wave, reservoirs, settings, cancelled);
     loop.on_samples = [this](const SampleCounts& now, const RayCounters& rays) {
