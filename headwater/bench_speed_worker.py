@@ -21,13 +21,18 @@ from headwater.render_stats import peak_rss_bytes
 
 
 class _Clock:
-    """Marks of the frame that is being rendered, in seconds since it began."""
+    """Marks of the frame that is being rendered, in seconds since it began.
+
+    A frame begins where the render begins or the frame before it ended. There is no handler of `render_pre` or of frame
+    changes: it might edit the scene, so our sync would compare everything for its sake: the clock would time itself.
+    """
 
     def __init__(self, bpy):
         self.frames = []
         handlers = bpy.app.handlers
-        handlers.render_pre.append(lambda *_: self._begin())
+        handlers.render_init.append(lambda *_: self._begin())
         handlers.render_post.append(lambda *_: self._end())
+        handlers.render_write.append(lambda *_: self._begin())  # animations: the frame's file is written
         handlers.render_stats.append(lambda text, *_: self._status(str(text)))
 
     def _begin(self):
@@ -35,7 +40,7 @@ class _Clock:
 
     def _status(self, text: str):
         now = time.perf_counter() - self._start
-        if "Loading the core" in text:  # ours: device and tracer, once a process
+        if "Loading the core" in text or "Saving:" in text:  # ours: device and tracer, once a process; Blender's file
             return
         self._marks.setdefault("first", now)
         if "Building" in text:
