@@ -73,6 +73,39 @@ show(found=found)
     assert all(facts["p"] < FAMILY for facts in found.values()), found
 
 
+def test_inside_a_spot(tmp_path):
+    """A surface inside the sphere of a spot without soft falloff gets the light that Cycles gives it without MIS.
+
+    With MIS Cycles' BSDF rays find such a spot only when they go towards its centre, while its light samples are
+    weighed as if they found it in every direction: light is lost. Cycles' own point lamp of that size loses none.
+    """
+    code = """
+import engine_pictures as ep
+ep.clear(scene)
+ep.settings(scene, 12, 8, bounces=0)
+ep.passes(scene.view_layers[0], (), False)
+grey = ep.principled("grey", Base_Color=(0.5, 0.5, 0.5, 1), Roughness=1.0, Specular_IOR_Level=0.0)
+ep.shape("plane", (0, 0, 0), (0.6, 0.6, 1), material=grey)
+ep.camera((0, 0, 8), (0, 0, 0), lens=200)
+found = dict()
+for kind in ("SPOT", "POINT"):
+    thing = ep.lamp(kind, (0.3, 0, -0.8), 100, (0.4, 0.2, 0), shadow_soft_size=1.5, use_soft_falloff=False)
+    thing.visible_camera = False
+    for mis in (True, False):
+        thing.data.cycles.use_multiple_importance_sampling = mis
+        for engine in ("CYCLES", "HEADWATER"):
+            picture = ep.picture(engine, tmp, 256, 3)["Combined"]
+            found[f"{engine} {kind} {mis}"] = float(picture[..., :3].mean())
+    bpy.data.objects.remove(thing)
+show(found=found)
+"""
+    found = run(code, tmp_path, fake=False, timeout=200)["found"]
+    right = found["CYCLES POINT True"]
+    lossy = found.pop("CYCLES SPOT True")
+    assert all(abs(value / right - 1) < 0.005 for value in found.values()), found
+    assert lossy < 0.6 * right  # once this is not so any more, Cycles has mended it: drop the words on it
+
+
 def _files():
     folder = os.environ.get("HEADWATER_TEST_SCENES")
     return sorted(Path(folder).rglob("*.blend")) if folder else []
