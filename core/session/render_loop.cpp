@@ -77,6 +77,14 @@ void RenderLoop::choose_wave() {
 }
 
 void RenderLoop::run() {
+  const KernelCache::Interruptible interruptible(*context_.kernels, cancelled_);
+  try {
+    render();
+  } catch (const RenderCancelled&) {  // while kernels were compiled
+  }
+}
+
+void RenderLoop::render() {
   Device& device = *context_.device;
   const auto begun = std::chrono::steady_clock::now();
   choose_wave();
@@ -98,7 +106,7 @@ void RenderLoop::run() {
     apply_settings(wave.params(), settings_, film_.layout());
     wave.write_params(device);
     const auto luminance = measure_world(device, *context_.kernels, tables_.root_buffer(), *wave.frame, constants,
-                                         grid->width, grid->height);
+                                         grid->width, grid->height, cancelled_);
     tables_.set_world_luminance(luminance, grid->width, grid->height);
   }
   commands.set_uniforms(tables_.root_buffer(), *wave.frame);

@@ -30,6 +30,7 @@ class RenderLoop {
   std::function<void()> on_idle = [] {};  // between waves: the film may be downloaded here
 
  private:
+  void render();
   void choose_wave();
   // One pass over the picture in waves of `per_wave` samples a pixel. `preparation`: its number, -1: samples. False:
   // cancelled.

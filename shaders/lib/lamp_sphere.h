@@ -55,9 +55,9 @@ HW_FN float lamp_sphere_distance(LightRecord light, float d2, float cap) {
 
 // Radiance of the lamp towards a receiver at distance sqrt(d2), along wi. A spot's cone does not limit a receiver
 // inside its sphere.
-// Departure from Cycles 5.0: there, BSDF rays from inside a spot's sphere that lead away from its centre do not find it,
-// though light samples are weighed as if they did. Such a receiver gets all the light here, as Cycles' point lamps and
-// its spots without multiple importance sampling give it.
+// Departure from Cycles 5.0: there, BSDF rays from inside a spot's sphere that lead away from its centre do not find
+// it, though light samples are weighed as if they did. Such a receiver gets all the light here, as Cycles' point lamps
+// and its spots without multiple importance sampling give it.
 HW_FN vec3 lamp_sphere_radiance(LightRecord light, vec3 wi, float d2) {
   bool inside = !lamp_sphere_is_disk(light) && d2 <= light.size_x * light.size_x;
   return light.emission * (inside ? 1.0f : lamp_spot_falloff(light, wi));

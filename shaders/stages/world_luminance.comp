@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Luminance of the world on a latitude-longitude grid, for importance sampling. push.queue: float[a * b]; each is the mean
-// of c x c directions in its cell.
+// of c x c directions in its cell. d: the first cell of this dispatch.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define HW_WITH_PROGRAMS
@@ -10,7 +10,7 @@
 layout(local_size_x = 64) in;
 
 void main() {
-  uint i = gl_GlobalInvocationID.x;
+  uint i = push.d + gl_GlobalInvocationID.x;
   if (i >= push.a * push.b) return;
   vec2 cell = vec2(i % push.a, i / push.a);
   float sum = 0.0;
