@@ -10,13 +10,13 @@ import time
 
 import numpy as np
 import pytest
+from cli_process import finish, start
 
 pytest.importorskip("bpy")
 
 from headwater.image_io import colour_channels, read_exr, select_layer
 from headwater.metrics import error_metrics
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 MAKE = """
 import bpy, sys
 bpy.ops.wm.read_factory_settings()
@@ -48,21 +48,9 @@ def cube(tmp_path_factory):
     return make(tmp_path_factory.mktemp("blend") / "cube.blend")
 
 
-def start(*arguments):
-    command = [sys.executable, "-m", "headwater", "render", *map(str, arguments)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(command, env=dict(os.environ, PYTHONPATH=ROOT), **pipes)
-
-
-def render(*arguments):
-    process = start(*arguments)
-    out, err = process.communicate(timeout=300)
-    return process.returncode, out, err
-
-
 def test_animation_with_passes_and_statistics(core, cube, tmp_path):
     options = ["--frames", "1-3x2", "--passes", "Combined,Depth,Object Index,Denoising Albedo", "--exr-depth", "float"]
-    status, out, err = render(cube, "-o", tmp_path / "f.####.exr", *options, "--stats", tmp_path / "s.json")
+    status, out, err = finish(cube, "-o", tmp_path / "f.####.exr", *options, "--stats", tmp_path / "s.json")
     assert status == 0, err
     assert out == "" and "Saved" not in err, "Blender's own messages stay away"
     assert sorted(os.listdir(tmp_path)) == ["f.0001.exr", "f.0003.exr", "s.json"]
@@ -87,7 +75,7 @@ def test_options_win_over_the_file_and_cycles_agrees(core, cube, tmp_path):
     images = {}
     for engine in ("headwater", "cycles"):
         path = tmp_path / f"{engine}.exr"
-        status, _, err = render(cube, "-o", path, "--engine", engine, "--no-clamp", *options)
+        status, _, err = finish(cube, "-o", path, "--engine", engine, "--no-clamp", *options)
         assert status == 0, err
         exr = read_exr(str(path))
         assert exr.size == (30, 25)
@@ -98,7 +86,7 @@ def test_options_win_over_the_file_and_cycles_agrees(core, cube, tmp_path):
 
 
 def test_png_uses_the_files_view(core, cube, tmp_path):
-    status, _, err = render(cube, "-o", tmp_path / "x.png", "--samples", 1)
+    status, _, err = finish(cube, "-o", tmp_path / "x.png", "--samples", 1)
     assert status == 0, err
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
@@ -133,7 +121,7 @@ def test_ctrl_c_keeps_the_partial_picture(core, cube, tmp_path):
     ],
 )
 def test_wishes_the_file_cannot_meet(core, cube, tmp_path, options, words):
-    status, _, err = render(cube, "-o", tmp_path / "x.exr", *options)
+    status, _, err = finish(cube, "-o", tmp_path / "x.exr", *options)
     assert status == 2
     lines = [line for line in err.splitlines() if line.startswith("headwater: error:")]
     assert len(lines) == 1 and "Traceback" not in err
@@ -142,7 +130,7 @@ def test_wishes_the_file_cannot_meet(core, cube, tmp_path, options, words):
 
 def test_no_camera_is_one_clear_line(core, tmp_path):
     path = make(tmp_path / "blind.blend", "no-camera")
-    status, _, err = render(path, "-o", tmp_path / "x.exr")
+    status, _, err = finish(path, "-o", tmp_path / "x.exr")
     assert status == 1
     assert "camera" in err and "Traceback" not in err
     assert not (tmp_path / "x.exr").exists()
@@ -151,7 +139,7 @@ def test_no_camera_is_one_clear_line(core, tmp_path):
 def test_truncated_file_is_one_clear_line(core, cube, tmp_path):
     path = tmp_path / "half.blend"
     path.write_bytes(cube.read_bytes()[: cube.stat().st_size // 2])
-    status, _, err = render(path, "-o", tmp_path / "x.exr")
+    status, _, err = finish(path, "-o", tmp_path / "x.exr")
     assert status == 1
     assert "half.blend" in err and "Traceback" not in err
     assert not (tmp_path / "x.exr").exists()

@@ -5,8 +5,6 @@ where only the command is in question, with the real core where pixels are."""
 import json
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 import types
@@ -14,6 +12,7 @@ import types
 import fake_core
 import numpy as np
 import pytest
+from cli_process import start
 
 pytest.importorskip("pxr")
 
@@ -24,7 +23,6 @@ from headwater.output import atomic_path, frame_path
 from headwater.progress import Progress, draw_bar, format_progress
 from headwater.texture_io import load_texture
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SCENE = """#usda 1.0
 (
     upAxis = "Z"
@@ -249,15 +247,9 @@ def test_progress_on_a_terminal_and_elsewhere():
 # The real core
 
 
-def real(*arguments, **options):
-    environment = dict(os.environ, PYTHONPATH=ROOT)
-    command = [sys.executable, "-m", "headwater", "render", *map(str, arguments)]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment, **options)
-
-
 def test_ctrl_c_stops_within_half_a_second_of_a_real_render(core, scene, tmp_path):
     path = tmp_path / "x.exr"
-    process = real(scene, "-o", path, "--size", "64x48", "--samples", 1 << 20, "--stats", tmp_path / "s.json")
+    process = start(scene, "-o", path, "--size", "64x48", "--samples", 1 << 20, "--stats", tmp_path / "s.json")
     try:
         for line in process.stderr:
             if "sample" in line and "sample 0/" not in line:
