@@ -284,3 +284,16 @@ def test_seeds_regions_and_repeats_of_a_real_render(core, scene, tmp_path):
     assert not np.array_equal(first, picture("c.exr", "--seed", 2))
     region = picture("d.exr", "--seed", 1, "--region", "6,2,18,10")
     assert np.array_equal(region, first[16 - 10 : 16 - 2, 6:18])
+
+
+def test_vectors_of_a_still(core, scene, tmp_path):
+    """A still moves from the frame before it: the cube by half a metre, to the right."""
+
+    def vectors(frame):
+        output = ["-o", str(tmp_path / "f#.exr"), "--frames", str(frame), "--passes", "Combined,Vector"]
+        assert cli.main(["render", scene, *output, "--size", "24x16", "--samples", "1", "--quiet"]) == 0
+        return read_exr(str(tmp_path / f"f{frame}.exr")).layers["ViewLayer.Vector"]
+
+    second = vectors(2)
+    assert second[..., 0].min() < -0.5 and abs(second[..., 1]).max() < 1e-3
+    assert abs(vectors(1)).max() < 1e-3, "nothing moves before the first frame"

@@ -91,6 +91,38 @@ def test_light_split_and_alpha(tmp_path, transparent):
     assert len(facts["found"]) >= 7 and not bad
 
 
+@pytest.mark.slow
+def test_vectors_of_a_still(tmp_path):
+    """Cycles looks at the frames before and after a still; so a still moves here too, and Blender is left as it was."""
+    facts = run(
+        """
+        import pass_scene, engine_pictures as ep
+        pass_scene.build(scene, card_seen=False)
+        ep.passes(scene.view_layers[0], ("vector",), False)
+        shown = dict()
+        for persistent in (False, True):
+            scene.render.use_persistent_data = persistent
+            for frame in (2, 3, 3):
+                scene.frame_set(frame)
+                theirs = ep.picture("CYCLES", tmp, 16)["Vector"][..., :2]
+                ours = ep.picture("HEADWATER", tmp, 16)["Vector"][..., :2]
+                d = np.abs(theirs - ours)
+                shown[f"{persistent} {frame} {len(shown)}"] = dict(
+                    q=np.quantile(d, [0.5, 0.9]).tolist(), size=float(np.quantile(np.abs(theirs), 0.9)),
+                    frame=scene.frame_current, ball=scene.objects["Sphere"].location.z)
+        show(shown=shown)
+        """,
+        tmp_path,
+        fake=False,
+        timeout=200,
+    )
+    for name, found in facts["shown"].items():
+        frame = int(name.split()[1])
+        assert found["size"] > 0.5
+        assert found["q"][0] < 2e-3 and found["q"][1] < 0.05, facts["shown"]
+        assert found["frame"] == frame and abs(found["ball"] - (1.0 + 0.3 * (frame - 2))) < 1e-6
+
+
 def test_vectors_of_an_animation(tmp_path):
     facts = run(
         """

@@ -88,10 +88,16 @@ def render_usd(request, progress, stats) -> None:
         threads=request.threads,
         load_seconds=time.perf_counter() - started,
     )
+    synced_last = None
     for frame in frames:
         if interrupt.requested():
             return
         started = time.perf_counter()
+        if "Vector" in passes and synced_last != frame - 1:  # motion is from the last upload to this one
+            with reading(request.file):
+                sync.sync(frame - 1, aspect=width / height, camera=request.camera)
+            _upload(session)
+        synced_last = frame
         output = request.frame_output(int(frame))
         progress.update(f"frame {frame:g}", {"stage": "reading the stage"}, force=True)
         with reading(request.file):

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from . import kept, native, options, passes, preferences, render_settings
+from . import kept, motion, native, options, passes, preferences, render_settings
 from .sync.problems import Cancelled, SyncError
 from .sync.state import SENT
 
@@ -114,19 +114,22 @@ def export(engine, depsgraph) -> Job:
         if engine.test_break():
             raise Cancelled
 
+    wanted = passes.wanted(view_layer)
+    before = passes.has_motion(wanted) and motion.sync_frame_before(engine, state, depsgraph, frame, breathe)
     engine.update_stats("", "Synchronizing")
     report = state.sync.sync(
         depsgraph,
-        state.graph == engine.token,
+        state.graph == engine.token and not before,
         breathe,
-        next_frame=again and not persistent,
+        next_frame=before or (again and not persistent),
         once=not (again or persistent),
         build=state.session.sync,
     )
     state.graph = engine.token
     for note in state.sync.notes.take():
         engine.report({"WARNING"}, f"Headwater: {note}")
-    wanted = passes.wanted(view_layer)
+    scene = depsgraph.scene_eval
+    state.frame = (scene.frame_current, scene.frame_subframe)
     settings = render_settings.build(scene, view_layer, frame, [item.core_name for item in wanted], given)
     # Frames of an animation hand their reservoirs on; a picture rendered again starts anew, so that it comes out the same.
     # The eyes of a stereo render share a session, not a past.

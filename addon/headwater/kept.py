@@ -20,6 +20,7 @@ class Kept:
         self.sync = SceneSync(native.core())
         self.session = native.core().Session(context, self.sync.scene)
         self.graph = None  # token of the render engine whose dependency graph was synced last
+        self.frame = None  # (frame, part of a frame) that was synced last
         self.busy = False
         self.frame = None  # that its reservoirs are of: the last one rendered whole
 

@@ -63,6 +63,11 @@ def wanted(view_layer) -> list[RenderPass]:
     return found
 
 
+def has_motion(wanted: list[RenderPass]) -> bool:
+    """Whether one of the passes needs to know the frame before."""
+    return any(item.core_name == "Vector" for item in wanted)
+
+
 def register(engine, scene, view_layer) -> None:
     """Tells Blender the passes of a view layer: from RenderEngine.update_render_passes."""
     for item in wanted(view_layer):
