@@ -89,7 +89,9 @@ std::shared_ptr<Context> new_context(const std::string& device, const std::strin
                                      bool validation) {
   if (threads < 0) throw nb::value_error("threads must be 0 (all) or more");
   nb::gil_scoped_release release;
-  return make_context(device, tracer, threads, validation);
+  auto context = make_context(device, tracer, threads, validation);
+  close_at_exit(context);
+  return context;
 }
 
 nb::dict sync(Session& session) {
@@ -148,7 +150,7 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
     auto pixels = std::make_unique<float[]>(std::size_t{width} * height * channels);
     {
       nb::gil_scoped_release release;
-      session.read(name, pixels.get());
+      session.read(name, pixels.get(), std::size_t{width} * height * channels);
     }
     float* data = pixels.get();
     nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<float*>(p); });
@@ -160,7 +162,7 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
   if (!nb::try_cast(out, target)) throw nb::value_error("out must be writable");
   float* data = static_cast<float*>(target.data());
   nb::gil_scoped_release release;
-  session.read(name, data);
+  session.read(name, data, std::size_t{width} * height * channels);
   return out;
 }
 

@@ -38,6 +38,30 @@ std::shared_ptr<Context> make_context(const std::string& device, const std::stri
 Context::Context() = default;
 Context::~Context() = default;
 
+bool Context::begin(std::atomic<bool>* cancel) {
+  std::lock_guard lock(mutex_);
+  if (busy_) return false;
+  busy_ = true;
+  cancel_ = cancel;
+  return true;
+}
+
+void Context::end() {
+  std::lock_guard lock(mutex_);
+  busy_ = false;
+  cancel_ = nullptr;
+  ended_.notify_all();
+}
+
+void Context::close() {
+  {
+    std::unique_lock lock(mutex_);
+    if (cancel_) *cancel_ = true;
+    ended_.wait(lock, [this] { return !busy_; });
+  }
+  kernels->wait();
+}
+
 std::vector<std::pair<std::string, int>> all_passes() {
   std::vector<std::pair<std::string, int>> out;
   for (const PassInfo& p : pass_table()) out.emplace_back(p.name, p.channels);
@@ -64,6 +88,8 @@ void check(const RenderSettings& s) {
   if (!(s.time_limit >= 0)) bad("the time limit must not be negative");
 }
 
+constexpr const char* kBusy = "another session is rendering on this device: wait until it has finished";
+
 double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
 }
@@ -74,7 +100,6 @@ struct Session::Impl {
   std::shared_ptr<Context> context;
   std::shared_ptr<Scene> scene;
   Tables tables;
-  SyncReport last_sync;
 
   RenderSettings settings;
   std::unique_ptr<Film> film;
@@ -83,8 +108,11 @@ struct Session::Impl {
   std::thread thread;
   std::atomic<bool> cancelled{false};
 
-  mutable std::mutex mutex;  // guards what follows
+  std::atomic<std::uint64_t> wave_bytes{0};
+
+  mutable std::mutex mutex;  // guards what follows, and that `film` and `settings` are another's
   std::condition_variable ended;
+  SyncReport last_sync;
   bool running = false;
   Progress progress;
   std::exception_ptr error;
@@ -125,9 +153,9 @@ SyncReport Session::sync() {
     std::lock_guard lock(d.mutex);
     if (d.running) throw std::logic_error("the scene can't be synced while it is being rendered");
   }
-  if (d.context->renders_for)
-    throw std::logic_error("another session is rendering on this device: wait until it has finished");
   d.join();
+  if (!d.context->begin(nullptr)) throw std::logic_error(kBusy);
+  const std::unique_ptr<Context, void (*)(Context*)> until_return(d.context.get(), [](Context* c) { c->end(); });
   const auto t0 = std::chrono::steady_clock::now();
   d.scene->commit();
   SyncReport report;
@@ -146,6 +174,7 @@ SyncReport Session::sync() {
   report.triangles = totals.triangles;
   report.materials = totals.materials;
   report.images = totals.images;
+  std::lock_guard lock(d.mutex);
   d.last_sync = report;
   return report;
 }
@@ -169,15 +198,13 @@ void Session::start(const RenderSettings& asked) {
         "the device since)");
   const FilmLayout layout = film_layout(s.passes);
   resolve_reuse(s);  // refuses what the integrator does not have
-  const void* nobody = nullptr;
-  if (!d.context->renders_for.compare_exchange_strong(nobody, &d))
-    throw std::logic_error("another session is rendering on this device: wait until it has finished");
-  d.settings = s;
-  d.context->device->reset_stage_times();
   d.cancelled = false;
+  if (!d.context->begin(&d.cancelled)) throw std::logic_error(kBusy);
+  d.context->device->reset_stage_times();
   d.wants_download = false;
   {
     std::lock_guard lock(d.mutex);
+    d.settings = s;
     d.progress = {};
     d.progress.samples = s.samples;
     d.progress.remaining = -1;
@@ -191,16 +218,21 @@ void Session::start(const RenderSettings& asked) {
   try {
     const std::uint32_t width = s.region[2] - s.region[0], height = s.region[3] - s.region[1];
     if (!d.film || d.film->width() != width || d.film->height() != height || d.film->layout().mask != layout.mask ||
-        d.film->layout().passes != layout.passes)
-      d.film.reset(), d.film = std::make_unique<Film>(*d.context->device, layout, width, height);
-    else
+        d.film->layout().passes != layout.passes) {
+      const auto put = [&d](std::unique_ptr<Film> film) {
+        std::lock_guard lock(d.mutex);
+        d.film = std::move(film);
+      };
+      put(nullptr);  // its memory may be needed for the new one
+      put(std::make_unique<Film>(*d.context->device, layout, width, height));
+    } else
       d.film->clear();
     d.thread = std::thread([&d] { d.run(); });
   } catch (...) {
     std::lock_guard lock(d.mutex);
     d.running = false;
     d.progress.finished = true;
-    d.context->renders_for = nullptr;
+    d.context->end();
     throw;
   }
 }
@@ -227,6 +259,7 @@ void Session::Impl::run() {
       progress.stage = "rendering";
     };
     loop.on_stage = [this](const char* stage) {
+      wave_bytes = wave ? wave->bytes() : 0;
       std::lock_guard lock(mutex);
       progress.stage = stage;
     };
@@ -252,7 +285,7 @@ void Session::Impl::run() {
   progress.seconds = seconds_since(begun);
   progress.remaining = 0;
   running = false;
-  context->renders_for = nullptr;
+  context->end();
   ended.notify_all();
 }
 
@@ -284,31 +317,30 @@ void Session::finish() {
 
 std::vector<std::pair<std::string, int>> Session::passes() const {
   std::vector<std::pair<std::string, int>> out;
+  std::lock_guard lock(impl_->mutex);
   if (impl_->film)
     for (const PassInfo* p : impl_->film->layout().passes) out.emplace_back(p->name, p->channels);
   return out;
 }
 
 void Session::size(std::uint32_t& width, std::uint32_t& height) const {
+  std::lock_guard lock(impl_->mutex);
   width = impl_->film ? impl_->film->width() : 0;
   height = impl_->film ? impl_->film->height() : 0;
 }
 
-void Session::read(const std::string& name, float* out) const {
+void Session::read(const std::string& name, float* out, std::size_t floats) const {
   Impl& d = *impl_;
+  std::lock_guard lock(d.mutex);
   if (!d.film) throw std::logic_error("nothing has been rendered yet");
   const PassInfo* pass = find_pass(name);
   if (!pass || !(d.film->layout().mask & (1u << pass->bit)))
     throw std::invalid_argument("this render keeps no pass named '" + name + "'");
-  bool running;
-  {
-    std::lock_guard lock(d.mutex);
-    running = d.running;
-  }
-  if (running) d.wants_download = true;  // the render thread brings newer pixels for the next call
-  std::lock_guard lock(d.mutex);
+  if (floats != std::size_t(d.film->width()) * d.film->height() * pass->channels)
+    throw std::logic_error("pass '" + name + "' has another size than what was asked for");
+  if (d.running) d.wants_download = true;  // the render thread brings newer pixels for the next call
   if (d.sums.empty()) {
-    std::fill_n(out, std::size_t(d.film->width()) * d.film->height() * pass->channels, 0.0f);
+    std::fill_n(out, floats, 0.0f);
     return;
   }
   d.film->resolve(d.sums, *pass, d.sums_counts, d.settings.exposure, out);
@@ -316,8 +348,9 @@ void Session::read(const std::string& name, float* out) const {
 
 std::string Session::stats_json() const {
   Impl& d = *impl_;
-  return render_stats_json(*d.context, d.last_sync, progress(), d.wave ? d.wave->bytes() : 0,
-                           d.reservoirs.bytes());
+  const Progress now = progress();
+  std::lock_guard lock(d.mutex);
+  return render_stats_json(*d.context, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes());
 }
 
 }  // namespace hw

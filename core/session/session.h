@@ -3,8 +3,11 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +30,19 @@ struct Context {
   std::unique_ptr<KernelCache> kernels;
   std::unique_ptr<Buffer> luts;  // albedo tables (materials/luts.h)
   int threads = 0;
-  std::atomic<const void*> renders_for{nullptr};  // the session that is rendering now
+
+  // One session at a time renders or syncs. begin(): false when another does; `cancel` is the flag that ends it early,
+  // null where nothing does. end() follows every begin() that was true.
+  bool begin(std::atomic<bool>* cancel);
+  void end();
+  // Cancels what is under way and waits until no thread of the context's runs: before the process ends.
+  void close();
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool busy_ = false;
+  std::atomic<bool>* cancel_ = nullptr;
 };
 std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads,
                                       bool validation);
@@ -65,7 +80,8 @@ class Session {
   std::vector<std::pair<std::string, int>> passes() const;       // name, channels, in the order asked for
   void size(std::uint32_t& width, std::uint32_t& height) const;  // of the region
   // Pixels of a pass, averaged over the samples so far: width * height * channels floats, bottom row first, linear.
-  void read(const std::string& pass, float* out) const;
+  // std::logic_error when `floats` is another number: the size is another's since it was asked for.
+  void read(const std::string& pass, float* out, std::size_t floats) const;
   std::string stats_json() const;  // seconds per stage, rays, Mrays/s, memory
 
   struct Impl;

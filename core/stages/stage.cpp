@@ -33,6 +33,12 @@ const Kernel& KernelCache::get(std::string_view name, const SpecConstants& const
   }
 }
 
+void KernelCache::wait() {
+  std::unique_lock lock(mutex_);
+  compiled_.wait(lock, [this] { return !compiling_; });
+  if (compiler_.joinable()) compiler_.join();
+}
+
 void KernelCache::compile(const Key& key) {
   std::unique_ptr<Kernel> kernel;
   std::exception_ptr failure;

@@ -43,6 +43,7 @@ class KernelCache {
   KernelCache& operator=(const KernelCache&) = delete;
   // Throws RenderCancelled once the flag of the Interruptible that is alive is set and the kernel is not there yet.
   const Kernel& get(std::string_view name, const SpecConstants& constants = {});
+  void wait();  // until nothing compiles
 
   // While it lives, get() stops waiting when `cancelled` is set.
   class Interruptible {

@@ -93,7 +93,7 @@ std::vector<float> render(const std::shared_ptr<Scene>& scene, RenderSettings s,
   session.start(s);
   session.finish();
   std::vector<float> out(std::size_t(s.width) * s.height * 4);
-  session.read("Combined", out.data());
+  session.read("Combined", out.data(), out.size());
   CHECK(context->device->validation_messages() == 0);
   return out;
 }
@@ -229,7 +229,7 @@ TEST_CASE("the picture does not depend on waves or threads") {
   session.start(s);
   session.finish();
   std::vector<float> part(20 * 20 * 4);
-  session.read("Combined", part.data());
+  session.read("Combined", part.data(), part.size());
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 20; ++x)
       for (int c = 0; c < 4; ++c) REQUIRE(part[(y * 20 + x) * 4 + c] == whole[((y + 5) * 50 + x + 10) * 4 + c]);
