@@ -135,7 +135,7 @@ def export(engine, depsgraph) -> Job:
     # The eyes of a stereo render share a session, not a past.
     in_order = (again or persistent) and not scene.render.use_multiview
     settings["continue_history"] = in_order and state.continues(scene)
-    state.frame = None
+    state.reservoirs_of = None
     return Job(key, state, frame, settings, wanted, given, report)
 
 
@@ -150,7 +150,7 @@ def render(engine, job: Job, depsgraph) -> None:
             if not _render_view(engine, job, depsgraph, view):
                 break
         else:
-            job.kept.frame = depsgraph.scene.frame_current
+            job.kept.reservoirs_of = depsgraph.scene.frame_current
     except BaseException:
         kept.drop(job.key)  # what the session holds is not to be trusted after an error
         raise

@@ -22,12 +22,12 @@ class Kept:
         self.graph = None  # token of the render engine whose dependency graph was synced last
         self.frame = None  # (frame, part of a frame) that was synced last
         self.busy = False
-        self.frame = None  # that its reservoirs are of: the last one rendered whole
+        self.reservoirs_of = None  # the frame that was rendered last, and whole
 
     def continues(self, scene) -> bool:
         """Whether the scene's frame is the next one of the animation that was rendered last."""
         step = max(scene.frame_step, 1)
-        return self.frame is not None and self.frame < scene.frame_current <= self.frame + step
+        return self.reservoirs_of is not None and 0 < scene.frame_current - self.reservoirs_of <= step
 
 
 _kept: dict[tuple, Kept] = {}
