@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measures of the artefacts that the paper's figures show, from a picture, its reference and the surfaces' places.
+
+Pictures are (H, W, 3) float, linear, top row first; places (H, W, 3) in metres, world space. The error of a pixel here
+is e = mean over channels of (t − r) / sqrt(r² + ε): relMSE's error with its sign.
+"""
+
+import numpy as np
+
+from headwater.metrics import EPSILON, TRIM
+
+BLOCK = 4  # pixels
+OUTLIERS = 0.995  # quantile of |e| at which errors are cut: one firefly must not decide a correlation
+
+
+def signed_error(test, reference) -> np.ndarray:
+    """e, (H, W); 0 where a pixel is not finite."""
+    test, reference = np.asarray(test, float), np.asarray(reference, float)
+    with np.errstate(invalid="ignore", over="ignore"):
+        error = ((test - reference) / np.sqrt(np.square(reference) + EPSILON)).mean(axis=2)
+    return np.where(np.isfinite(error), error, 0.0)
+
+
+def _cut(error):
+    limit = np.quantile(np.abs(error), OUTLIERS)
+    return np.clip(error, -limit, limit)
+
+
+def neighbour_correlation(error) -> float:
+    """Correlation of e between pixels side by side: 0 when pixels are independent, 1 when neighbours err alike.
+
+    The quantisation measure: pixels that are shaded from one reservoir share its error. 0 where e does not vary.
+    """
+    error = _cut(error)
+    error = error - error.mean()
+    variance = np.mean(np.square(error))
+    if variance <= 0:
+        return 0.0
+    across, down = np.mean(error[:, 1:] * error[:, :-1]), np.mean(error[1:] * error[:-1])
+    return float((across + down) / 2 / variance)
+
+
+def block_share(error) -> float:
+    """Share of e's variance that the pixels of a block of BLOCK² have in common (intraclass correlation); 0 for
+    independent pixels, whose block means vary with 1 / BLOCK² of their variance."""
+    error = _cut(error)
+    height, width = (n // BLOCK * BLOCK for n in error.shape)
+    if not height or not width:
+        return 0.0
+    blocks = error[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+    variance = blocks.var()
+    if variance <= 0:
+        return 0.0
+    count = BLOCK * BLOCK
+    return float((blocks.mean(axis=(1, 3)).var() * count / variance - 1) / (count - 1))
+
+
+def black_share(test, reference) -> float:
+    """Share of the pixels lit in the reference that are exactly black in the picture."""
+    lit = (np.asarray(reference) > 0).any(axis=2)
+    return float((np.asarray(test)[lit] == 0).all(axis=1).mean()) if lit.any() else 0.0
+
+
+def trimmed(squares) -> float | None:
+    """Mean of per-pixel squared errors without the worst TRIM of them; None for no pixels."""
+    squares = np.sort(np.ravel(squares))
+    if not len(squares):
+        return None
+    return float(squares[: max(1, len(squares) - int(round(TRIM * len(squares))))].mean())
+
+
+def squared_error(test, reference) -> np.ndarray:
+    """Per-pixel relative squared error (H, W), mean over channels: relMSE before its mean."""
+    test, reference = np.asarray(test, float), np.asarray(reference, float)
+    return (np.square(test - reference) / (np.square(reference) + EPSILON)).mean(axis=2)
+
+
+def reference_error(first, second) -> dict:
+    """Error of the mean of two independent pictures of equal samples, from their difference d: its variance is
+    E[d²] / 4. "relmse", "relmse_trimmed"."""
+    mean = (np.asarray(first, float) + second) / 2
+    squares = (np.square(np.asarray(first, float) - second) / 4 / (np.square(mean) + EPSILON)).mean(axis=2)
+    return {"relmse": float(squares.mean()), "relmse_trimmed": trimmed(squares)}
+
+
+def cells(places, camera, extent, resolution) -> np.ndarray:
+    """Integer cell (H, W, 3) of each surface in a grid centred at the camera; outside: below 0 or from `resolution`."""
+    with np.errstate(invalid="ignore"):
+        at = np.floor((places - np.asarray(camera) + extent) / (2 * extent / resolution))
+    return np.nan_to_num(at, nan=-1.0, posinf=-1.0, neginf=-1.0).clip(-(2**30), 2**30).astype(np.int64)
+
+
+def grid_measures(test, reference, places, surface, camera, grid) -> dict:
+    """How error goes with the grid. surface: (H, W) whether a pixel shows a surface at all.
+
+    inside_share: of the surface pixels, those in the grid; relmse_trimmed and mean signed error (percent) inside and
+    beyond; edge_jump: mean squared difference of e between neighbours of different cells over that between
+    neighbours of one cell, both inside (1: cells don't show).
+    """
+    cell = cells(places, camera, grid.extent, grid.resolution)
+    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & surface
+    beyond = surface & ~inside
+    squares, error = squared_error(test, reference), _cut(signed_error(test, reference))
+    out = {"inside_share": float(inside.sum() / max(surface.sum(), 1))}
+    for name, mask in (("inside", inside), ("beyond", beyond)):
+        mean = float(np.asarray(reference)[mask].mean()) if mask.any() else 0.0
+        signed = float((np.asarray(test, float) - reference)[mask].mean()) if mask.any() else 0.0
+        out[f"relmse_trimmed_{name}"] = trimmed(squares[mask])
+        out[f"signed_percent_{name}"] = 100 * signed / mean if mean else None
+        out[f"black_share_{name}"] = black_share(test[mask][None], reference[mask][None]) if mask.any() else None
+    jumps = {True: [], False: []}
+    for axis in (0, 1):
+        a, b = (slice(None, -1), slice(1, None))
+        first, second = ((a, slice(None)), (b, slice(None))) if axis == 0 else ((slice(None), a), (slice(None), b))
+        both = inside[first] & inside[second]
+        other = (cell[first] != cell[second]).any(axis=2)
+        difference = np.square(error[first] - error[second])
+        for across in (True, False):
+            jumps[across].append(difference[both & (other == across)])
+    means = {across: np.concatenate(found) for across, found in jumps.items()}
+    usable = all(len(found) > 100 for found in means.values()) and means[False].mean() > 0
+    out["edge_jump"] = float(means[True].mean() / means[False].mean()) if usable else None
+    return out
+
+
+def boundary(places, surface, camera, grid) -> np.ndarray:
+    """(H, W) whether a pixel lies at the grid's boundary: inside it, with a neighbour beyond."""
+    cell = cells(places, camera, grid.extent, grid.resolution)
+    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & surface
+    edge = np.zeros_like(inside)
+    beyond = surface & ~inside
+    edge[:-1] |= inside[:-1] & beyond[1:]
+    edge[1:] |= inside[1:] & beyond[:-1]
+    edge[:, :-1] |= inside[:, :-1] & beyond[:, 1:]
+    edge[:, 1:] |= inside[:, 1:] & beyond[:, :-1]
+    return edge
+
+
+def bias_sigmas(test, reference, side: int = 16) -> float:
+    """Mean of t − r in standard errors, from the spread of its means over blocks of side² pixels: those are nearly
+    independent also where neighbouring pixels are not. What the bias itself varies makes it smaller, never larger."""
+    error = (np.asarray(test, float) - reference).mean(axis=2)
+    height, width = (max(n // side, 1) * min(n, side) for n in error.shape)
+    rows, columns = height // min(error.shape[0], side), width // min(error.shape[1], side)
+    means = error[:height, :width].reshape(rows, height // rows, columns, width // columns).mean(axis=(1, 3))
+    spread = means.std(ddof=1) / np.sqrt(means.size) if means.size > 1 else 0.0
+    return float(means.mean() / spread) if spread > 0 else 0.0
