@@ -9,6 +9,7 @@ from headwater.image_io import srgb_encode
 INSET_COLOURS = ((255, 196, 0), (0, 200, 255), (255, 90, 160))
 _BACK, _INK, _FAINT = (24, 24, 27), (236, 236, 236), (160, 160, 168)
 _GAP, _LINE = 8, 17  # pixels
+_LEAST = 320  # width of a sheet's column: its labels must fit
 
 
 def exposure_of(reference) -> float:
@@ -71,7 +72,7 @@ def overlay(picture, mask, colour=(255, 255, 255)) -> np.ndarray:
 def contact_sheet(title: str, columns: list) -> np.ndarray:
     """One picture of a figure. columns: dictionaries of "lines" (text) and "rows": lists of pictures side by side, each
     row as wide as the column's first picture."""
-    width = columns[0]["rows"][0][0].shape[1]
+    width = max(columns[0]["rows"][0][0].shape[1], _LEAST)
     blocks = []
     for column in columns:
         parts = [_text(line, width, _INK if i == 0 else _FAINT) for i, line in enumerate(column["lines"])]

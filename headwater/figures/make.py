@@ -101,8 +101,8 @@ def _column(label, numbers, shown, insets, maps):
     lines = [
         label,
         f"trimmed relMSE {numbers['relmse_trimmed']:.3g}   FLIP {report.cell(numbers['flip'], '{:.3f}')}",
-        f"bias {report.cell(numbers['mean_signed_error_percent'], '{:+.1f} %')}   "
-        f"neighbours {numbers['neighbour_correlation']:.2f}   {numbers['seconds']:.1f} s",
+        f"bias {report.cell(numbers['mean_signed_error_percent'], '{:+.1f} %')}   {numbers['seconds']:.1f} s",
+        f"neighbours' errors correlate {numbers['neighbour_correlation']:.2f}",
     ]
     return {"lines": lines, "rows": [*_rows(shown, insets), *([picture] for picture in maps)]}
 

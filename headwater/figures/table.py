@@ -22,7 +22,8 @@ class Variant:
 
     def arguments(self) -> list:
         """What `headwater render` is to be told of this variant."""
-        given = ["--integrator", self.integrator]
+        # Canonical samples of all variants choose lights uniformly, as the paper's code does.
+        given = ["--integrator", self.integrator, "--lights", "uniform"]
         if self.integrator != "path":
             given += ["--estimator", "paper"]
         for name, value in self.options.items():
@@ -59,7 +60,7 @@ class Figure:
         return f"{self.number}{self.part}"
 
 
-MONTE_CARLO = Variant("path", "Monte Carlo", "path", {"lights": "uniform"})
+MONTE_CARLO = Variant("path", "Monte Carlo", "path")
 RESTIR = Variant("restir", "ReSTIR", "restir")
 KD = Variant("wssr-kd", "WSSR, k-d tree", "wssr-kd")
 GRID = Variant("wssr-grid", "WSSR, grid", "wssr-grid")

@@ -20,9 +20,7 @@ from pathlib import Path
 
 import bpy
 
-sys.path.insert(
-    0, str(Path(__file__).resolve().parents[1] / "night_market")
-)  # shapes, textures
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "night_market"))  # shapes, textures
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import garden
