@@ -40,7 +40,9 @@ def build(scene, lights: int, seed: int) -> int:
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.006, 0.010, 0.024, 1)
     data = bpy.data.cameras.new("Camera")
     data.lens, data.sensor_width, data.clip_end = 24, 36, 1000
-    scene.camera = place("Camera", data, scene.collection, (-2.2, -6, 11.5), (math.radians(78.5), 0, math.radians(-2.5)))
+    scene.camera = place(
+        "Camera", data, scene.collection, (-2.2, -6, 11.5), (math.radians(78.5), 0, math.radians(-2.5))
+    )
     return made
 
 
