@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's figures (wssr in docs/references.bib) as data: which scene, which variants, how many samples.
+"""The paper's figures (SivaramWSSR in docs/references.bib) as data: which scene, which variants, how many samples.
 
 Sample counts, bounces and the varied parameter are the captions'; what a variant does not name is the integrator's
 default, the paper's section 5. The paper's scenes are not ours to ship: each figure has one of scenes/figures in its
