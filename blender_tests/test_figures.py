@@ -66,32 +66,43 @@ def rng():
 def test_independent_errors_do_not_correlate_and_shared_ones_do(rng):
     grain = rng.normal(size=(120, 160))
     blocks = np.repeat(np.repeat(rng.normal(size=(30, 40)), 4, 0), 4, 1)
-    assert abs(measures.neighbour_correlation(grain)) < 0.02 and abs(measures.block_share(grain)) < 0.02
-    assert measures.neighbour_correlation(blocks) == pytest.approx(0.75, abs=0.05)  # 3 of 4 neighbours share a block
-    assert measures.block_share(blocks) == pytest.approx(1, abs=0.02)
-    half = measures.block_share(grain + blocks)
+    every = np.ones((120, 160), bool)
+    assert abs(measures.neighbour_correlation(grain, every)) < 0.02 and abs(measures.block_share(grain, every)) < 0.02
+    assert measures.neighbour_correlation(blocks, every) == pytest.approx(
+        0.75, abs=0.05
+    )  # 3 of 4 neighbours share a block
+    assert measures.block_share(blocks, every) == pytest.approx(1, abs=0.02)
+    half = measures.block_share(grain + blocks, every)
     assert half == pytest.approx(0.5, abs=0.05)
-    assert measures.neighbour_correlation(np.zeros((8, 8))) == 0 and measures.block_share(np.zeros((8, 8))) == 0
+    left = every & (np.arange(160) < 80)
+    mixed = np.where(left, blocks, grain)
+    assert measures.block_share(mixed, left) > 0.9 and abs(measures.block_share(mixed, ~left)) < 0.03
+    assert (
+        measures.neighbour_correlation(mixed, left) > 0.6 and abs(measures.neighbour_correlation(mixed, ~left)) < 0.03
+    )
+    for flat, lit in ((np.zeros((8, 8)), np.ones((8, 8), bool)), (grain, ~every)):
+        assert measures.neighbour_correlation(flat, lit) == 0 and measures.block_share(flat, lit) == 0
 
 
 def test_one_firefly_decides_no_correlation(rng):
     error = rng.normal(size=(120, 160))
     error[50, 50:52] = 1e6
-    assert measures.neighbour_correlation(error) < 0.05
+    assert measures.neighbour_correlation(error, np.ones(error.shape, bool)) < 0.05
 
 
 def test_reference_error_is_that_of_the_mean(rng):
     halves = [1 + rng.normal(scale=0.1, size=(200, 200, 3)) for _ in range(2)]
     known = np.square(np.mean(halves, axis=0) - 1).mean() / 1.01
-    assert measures.reference_error(*halves)["relmse"] == pytest.approx(known, rel=0.05)
+    assert measures.reference_error(*halves, np.ones((200, 200), bool))["relmse"] == pytest.approx(known, rel=0.05)
 
 
 def test_bias_in_standard_errors(rng):
     reference = np.ones((96, 128, 3))
-    noise = rng.normal(scale=0.2, size=reference.shape)
-    assert abs(measures.bias_sigmas(reference + noise, reference)) < 4
-    assert measures.bias_sigmas(reference + noise + 0.02, reference) > 10
-    assert measures.bias_sigmas(reference[:5, :3], reference[:5, :3]) == 0
+    noise, lit = rng.normal(scale=0.2, size=reference.shape), np.ones((96, 128), bool)
+    assert abs(measures.bias_sigmas(reference + noise, reference, lit)) < 4
+    assert measures.bias_sigmas(reference + noise + 0.02, reference, lit) > 10
+    assert abs(measures.bias_sigmas(reference + noise + 0.02, reference, ~lit)) == 0
+    assert measures.bias_sigmas(reference[:5, :3], reference[:5, :3], lit[:5, :3]) == 0
 
 
 def floor(height=90, width=160):
@@ -136,19 +147,20 @@ def test_cell_edges_show_as_jumps(rng):
 def test_black_share():
     reference = np.ones((4, 4, 3))
     reference[0] = 0
+    lit = reference[..., 0] > 0
     test = reference.copy()
     test[1, 0] = 0
-    assert measures.black_share(test, reference) == pytest.approx(1 / 12)
-    assert measures.black_share(reference * 0, reference * 0) == 0
+    assert measures.black_share(test, lit) == pytest.approx(1 / 12)
+    assert measures.black_share(test, ~lit & lit) == 0
 
 
 # The claims
 
 
 def numbers(**errors):
-    base = {"neighbour_correlation": 0.0, "block_share": 0.0, "black_share": 0.0, "mean_signed_error_percent": 0.0}
+    base = {"neighbour_correlation": 0.0, "block_share": 0.0, "black_share": 0.0, "lit_signed_percent": 0.0}
     base |= {"bias_sigmas": 0.0}
-    return {name.replace("_", "-"): base | {"relmse_trimmed": error} for name, error in errors.items()}
+    return {name.replace("_", "-"): base | {"lit_relmse_trimmed": error} for name, error in errors.items()}
 
 
 def figure(id):
@@ -241,7 +253,11 @@ def quick_renders(monkeypatch):
         pixels = (pixels * (1 + rng.normal(scale=scale, size=pixels.shape))).astype(np.float32)
         places, _ = floor(height, width)
         stats = {"device": "a device", "tracer": "embree", "totals": {"reservoir_bytes": 2**20}}
-        stats["passes"] = {"Position": places.astype(np.float32), "Depth": np.ones((height, width, 1), np.float32)}
+        stats["passes"] = {
+            "Position": places.astype(np.float32),
+            "Environment": np.zeros((height, width, 3), np.float32),
+        }
+        stats["passes"]["Emission"] = np.zeros((height, width, 3), np.float32)
         self._done += work
         return pictures.Picture(pixels, 0.5, 2**20, "headwater render scene.blend", stats)
 
@@ -255,7 +271,7 @@ def quick_renders(monkeypatch):
 
 
 def run_figures(folder, *more):
-    return main(["figures", "-o", str(folder), "--size", "64x36", "--reference-samples", "8", "--quiet", *more])
+    return main(["figures", "-o", str(folder), "--size", "48x27", "--reference-samples", "8", "--quiet", *more])
 
 
 def test_whole_report(tmp_path, quick_renders):
@@ -339,7 +355,7 @@ def test_a_real_figure(tmp_path, monkeypatch):
     assert record["reference"]["error"]["relmse_trimmed"] < found["relmse_trimmed"]
     assert abs(found["mean_signed_error_percent"]) < 25
     reference = pictures._read_reference(next((tmp_path / "references").glob("*.exr")))
-    low, high = reference.places[reference.surface].min(axis=0), reference.places[reference.surface].max(axis=0)
+    low, high = reference.places[reference.lit].min(axis=0), reference.places[reference.lit].max(axis=0)
     assert (low > [-1, -1, -1]).all() and (high < [10, 18, 4]).all() and high[1] > 10, "places of the room's surfaces"
 
 

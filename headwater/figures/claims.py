@@ -32,14 +32,14 @@ def _missing(paper, numbers, *names):
 
 
 def _error(numbers, name) -> float:
-    return numbers[name]["relmse_trimmed"]
+    return numbers[name]["lit_relmse_trimmed"] or 0.0
 
 
 def _ratio(above: float, below: float) -> float:
     return above / below if below > 0 else float("inf")
 
 
-def _cleaner(paper, better: str, worse: str, at_least=1 + NOISE, measure="relmse_trimmed", where=""):
+def _cleaner(paper, better: str, worse: str, at_least=1 + NOISE, measure="lit_relmse_trimmed", where=" of surfaces"):
     """`better` has less error than `worse`, at least by a factor."""
 
     def check(numbers):
@@ -107,7 +107,7 @@ def _minor(paper, better: str, worse: str):
         if factor < 1 + NOISE:
             size = "no difference to be told" if factor > 1 / (1 + NOISE) else "worse"
         numbers_said = f"{_error(numbers, better):.3g} against {_error(numbers, worse):.3g}"
-        ours = f"trimmed relMSE {numbers_said}: {_times(factor)}, {size}"
+        ours = f"trimmed relMSE of surfaces {numbers_said}: {_times(factor)}, {size}"
         return Verdict(paper, ours, 1 + NOISE <= factor <= MINOR)
 
     return check
@@ -119,9 +119,9 @@ def _biased(paper, *names):
     def check(numbers):
         if missing := _missing(paper, numbers, *names):
             return missing
-        said = [f"{name} {numbers[name]['mean_signed_error_percent']:+.1f} %" for name in names]
+        said = [f"{name} {numbers[name]['lit_signed_percent'] or 0.0:+.1f} %" for name in names]
         beyond = [abs(numbers[name]["bias_sigmas"]) > 4 for name in names]
-        ours = f"mean signed error: {', '.join(said)} of the reference's mean; "
+        ours = f"mean signed error: {', '.join(said)} of the surfaces' mean; "
         ours += "beyond what noise explains" if all(beyond) else "not all beyond what noise explains"
         return Verdict(paper, ours, all(beyond))
 

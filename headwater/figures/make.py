@@ -50,7 +50,7 @@ def make_figure(figure, scene, workshop, folder: str) -> dict:
         shown = display.tone_map(picture.pixels, exposure)
         relative, signed = (heat_map(picture.pixels, reference.pixels, kind) for kind in ("relative", "signed"))
         if figure.grid:
-            edge = measures.boundary(reference.places, reference.surface, scene.facts["camera"], figure.grid)
+            edge = measures.boundary(reference.places, reference.lit, scene.facts["camera"], figure.grid)
             relative, signed = display.overlay(relative, edge), display.overlay(signed, edge, (0, 0, 0))
         maps = [relative, signed] + (
             [heat_map(picture.pixels, reference.pixels, "flip", flip_map)] if numbers["flip"] else []
@@ -67,7 +67,7 @@ def make_figure(figure, scene, workshop, folder: str) -> dict:
         "files": _save(place, folder, "reference", shown, figure.insets, []),
     }
     record["verdicts"] = report.verdicts_of(figure, record)
-    own = f"own trimmed relMSE {reference.error['relmse_trimmed']:.3g}"
+    own = f"own relMSE of surfaces {report.cell(reference.error['lit_relmse_trimmed'], '{:.3g}')}"
     last = {"lines": ["reference", f"{reference.samples} spp", own], "rows": _rows(shown, figure.insets)}
     sheet = display.contact_sheet(f"Figure {figure.id}: {figure.title} ({figure.samples} spp)", [*columns, last])
     path = os.path.join(folder, f"figure-{figure.id}.png")
@@ -79,17 +79,18 @@ def make_figure(figure, scene, workshop, folder: str) -> dict:
 def measure(pixels, reference, grid, camera):
     """All numbers of a picture against its reference, and FLIP's map or None."""
     numbers, flip_map = describe(pixels, reference.pixels)
-    error = measures.signed_error(pixels, reference.pixels)
+    error, lit = measures.signed_error(pixels, reference.pixels), reference.lit
     numbers |= {
-        "neighbour_correlation": measures.neighbour_correlation(error),
-        "block_share": measures.block_share(error),
-        "black_share": measures.black_share(pixels, reference.pixels),
-        "bias_sigmas": measures.bias_sigmas(pixels, reference.pixels),
+        "lit_share": float(lit.mean()),
+        "lit_relmse_trimmed": measures.trimmed(measures.squared_error(pixels, reference.pixels)[lit]),
+        "lit_signed_percent": measures.signed_percent(pixels, reference.pixels, lit),
+        "neighbour_correlation": measures.neighbour_correlation(error, lit),
+        "block_share": measures.block_share(error, lit),
+        "black_share": measures.black_share(pixels, lit),
+        "bias_sigmas": measures.bias_sigmas(pixels, reference.pixels, lit),
     }
     if grid:
-        numbers["grid"] = measures.grid_measures(
-            pixels, reference.pixels, reference.places, reference.surface, camera, grid
-        )
+        numbers["grid"] = measures.grid_measures(pixels, reference.pixels, reference.places, lit, camera, grid)
     return numbers, flip_map
 
 
@@ -98,10 +99,11 @@ def _rows(shown, insets):
 
 
 def _column(label, numbers, shown, insets, maps):
+    cell = report.cell
     lines = [
         label,
-        f"trimmed relMSE {numbers['relmse_trimmed']:.3g}   FLIP {report.cell(numbers['flip'], '{:.3f}')}",
-        f"bias {report.cell(numbers['mean_signed_error_percent'], '{:+.1f} %')}   {numbers['seconds']:.1f} s",
+        f"relMSE of surfaces {cell(numbers['lit_relmse_trimmed'], '{:.3g}')}   FLIP {cell(numbers['flip'], '{:.3f}')}",
+        f"bias {cell(numbers['lit_signed_percent'], '{:+.1f} %')}   {numbers['seconds']:.1f} s",
         f"neighbours' errors correlate {numbers['neighbour_correlation']:.2f}",
     ]
     return {"lines": lines, "rows": [*_rows(shown, insets), *([picture] for picture in maps)]}

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures of the artefacts that the paper's figures show, from a picture, its reference and the surfaces' places.
 
-Pictures are (H, W, 3) float, linear, top row first; places (H, W, 3) in metres, world space. The error of a pixel here
-is e = mean over channels of (t − r) / sqrt(r² + ε): relMSE's error with its sign.
+Pictures are (H, W, 3) float, linear, top row first; places (H, W, 3) in metres, world space; lit (H, W) says which
+pixels count: those that show surfaces only. Where a lamp's edge crosses a pixel, few samples err by how often they hit
+the lamp, whatever chooses the lights; that would hide what the figures are about. The error of a pixel here is
+e = mean over channels of (t − r) / sqrt(r² + ε): relMSE's error with its sign.
 """
 
 import numpy as np
@@ -21,44 +23,55 @@ def signed_error(test, reference) -> np.ndarray:
     return np.where(np.isfinite(error), error, 0.0)
 
 
-def _cut(error):
-    limit = np.quantile(np.abs(error), OUTLIERS)
+def _cut(error, lit):
+    limit = np.quantile(np.abs(error[lit]), OUTLIERS) if lit.any() else 0.0
     return np.clip(error, -limit, limit)
 
 
-def neighbour_correlation(error) -> float:
-    """Correlation of e between pixels side by side: 0 when pixels are independent, 1 when neighbours err alike.
+def neighbour_correlation(error, lit) -> float:
+    """Correlation of e between lit pixels side by side: 0 when pixels are independent, 1 when neighbours err alike.
 
     The quantisation measure: pixels that are shaded from one reservoir share its error. 0 where e does not vary.
     """
-    error = _cut(error)
-    error = error - error.mean()
-    variance = np.mean(np.square(error))
-    if variance <= 0:
+    if not lit.any():
         return 0.0
-    across, down = np.mean(error[:, 1:] * error[:, :-1]), np.mean(error[1:] * error[:-1])
-    return float((across + down) / 2 / variance)
+    error = _cut(error, lit)
+    error = np.where(lit, error - error[lit].mean(), 0.0)
+    variance = np.mean(np.square(error[lit]))
+    pairs = (lit[:, 1:] & lit[:, :-1]).sum() + (lit[1:] & lit[:-1]).sum()
+    if variance <= 0 or not pairs:
+        return 0.0
+    products = (error[:, 1:] * error[:, :-1]).sum() + (error[1:] * error[:-1]).sum()
+    return float(products / pairs / variance)
 
 
-def block_share(error) -> float:
+def block_share(error, lit) -> float:
     """Share of e's variance that the pixels of a block of BLOCK² have in common (intraclass correlation); 0 for
-    independent pixels, whose block means vary with 1 / BLOCK² of their variance."""
-    error = _cut(error)
+    independent pixels, whose block means vary with 1 / BLOCK² of their variance. Of blocks that are all lit."""
     height, width = (n // BLOCK * BLOCK for n in error.shape)
-    if not height or not width:
+    shape = (height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+    whole = lit[:height, :width].reshape(shape).all(axis=(1, 3))
+    if whole.sum() < 2:
         return 0.0
-    blocks = error[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK)
+    blocks = _cut(error, lit)[:height, :width].reshape(shape).swapaxes(1, 2)[whole]  # (blocks, BLOCK, BLOCK)
     variance = blocks.var()
     if variance <= 0:
         return 0.0
     count = BLOCK * BLOCK
-    return float((blocks.mean(axis=(1, 3)).var() * count / variance - 1) / (count - 1))
+    return float((blocks.mean(axis=(1, 2)).var() * count / variance - 1) / (count - 1))
 
 
-def black_share(test, reference) -> float:
-    """Share of the pixels lit in the reference that are exactly black in the picture."""
-    lit = (np.asarray(reference) > 0).any(axis=2)
+def black_share(test, lit) -> float:
+    """Share of the lit pixels that are exactly black in the picture."""
     return float((np.asarray(test)[lit] == 0).all(axis=1).mean()) if lit.any() else 0.0
+
+
+def signed_percent(test, reference, lit) -> float | None:
+    """Mean of t − r over lit pixels, in percent of the reference's mean there; None where that is not above 0."""
+    if not lit.any():
+        return None
+    mean = float(np.asarray(reference, float)[lit].mean())
+    return 100 * float((np.asarray(test, float)[lit] - reference[lit]).mean()) / mean if mean > 0 else None
 
 
 def trimmed(squares) -> float | None:
@@ -75,12 +88,17 @@ def squared_error(test, reference) -> np.ndarray:
     return (np.square(test - reference) / (np.square(reference) + EPSILON)).mean(axis=2)
 
 
-def reference_error(first, second) -> dict:
+def reference_error(first, second, lit) -> dict:
     """Error of the mean of two independent pictures of equal samples, from their difference d: its variance is
-    E[d²] / 4. "relmse", "relmse_trimmed"."""
+    E[d²] / 4. "relmse" and "relmse_trimmed" of all pixels, "lit_relmse_trimmed" of the lit ones (None: there are none).
+    """
     mean = (np.asarray(first, float) + second) / 2
     squares = (np.square(np.asarray(first, float) - second) / 4 / (np.square(mean) + EPSILON)).mean(axis=2)
-    return {"relmse": float(squares.mean()), "relmse_trimmed": trimmed(squares)}
+    return {
+        "relmse": float(squares.mean()),
+        "relmse_trimmed": trimmed(squares),
+        "lit_relmse_trimmed": trimmed(squares[lit]),
+    }
 
 
 def cells(places, camera, extent, resolution) -> np.ndarray:
@@ -90,24 +108,22 @@ def cells(places, camera, extent, resolution) -> np.ndarray:
     return np.nan_to_num(at, nan=-1.0, posinf=-1.0, neginf=-1.0).clip(-(2**30), 2**30).astype(np.int64)
 
 
-def grid_measures(test, reference, places, surface, camera, grid) -> dict:
-    """How error goes with the grid. surface: (H, W) whether a pixel shows a surface at all.
+def grid_measures(test, reference, places, lit, camera, grid) -> dict:
+    """How error goes with the grid.
 
-    inside_share: of the surface pixels, those in the grid; relmse_trimmed and mean signed error (percent) inside and
+    inside_share: of the lit pixels, those in the grid; relmse_trimmed and mean signed error (percent) inside and
     beyond; edge_jump: mean squared difference of e between neighbours of different cells over that between
     neighbours of one cell, both inside (1: cells don't show).
     """
     cell = cells(places, camera, grid.extent, grid.resolution)
-    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & surface
-    beyond = surface & ~inside
-    squares, error = squared_error(test, reference), _cut(signed_error(test, reference))
-    out = {"inside_share": float(inside.sum() / max(surface.sum(), 1))}
+    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & lit
+    beyond = lit & ~inside
+    squares, error = squared_error(test, reference), _cut(signed_error(test, reference), lit)
+    out = {"inside_share": float(inside.sum() / max(lit.sum(), 1))}
     for name, mask in (("inside", inside), ("beyond", beyond)):
-        mean = float(np.asarray(reference)[mask].mean()) if mask.any() else 0.0
-        signed = float((np.asarray(test, float) - reference)[mask].mean()) if mask.any() else 0.0
         out[f"relmse_trimmed_{name}"] = trimmed(squares[mask])
-        out[f"signed_percent_{name}"] = 100 * signed / mean if mean else None
-        out[f"black_share_{name}"] = black_share(test[mask][None], reference[mask][None]) if mask.any() else None
+        out[f"signed_percent_{name}"] = signed_percent(test, reference, mask)
+        out[f"black_share_{name}"] = black_share(test, mask)
     jumps = {True: [], False: []}
     for axis in (0, 1):
         a, b = (slice(None, -1), slice(1, None))
@@ -123,12 +139,12 @@ def grid_measures(test, reference, places, surface, camera, grid) -> dict:
     return out
 
 
-def boundary(places, surface, camera, grid) -> np.ndarray:
+def boundary(places, lit, camera, grid) -> np.ndarray:
     """(H, W) whether a pixel lies at the grid's boundary: inside it, with a neighbour beyond."""
     cell = cells(places, camera, grid.extent, grid.resolution)
-    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & surface
+    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & lit
     edge = np.zeros_like(inside)
-    beyond = surface & ~inside
+    beyond = lit & ~inside
     edge[:-1] |= inside[:-1] & beyond[1:]
     edge[1:] |= inside[1:] & beyond[:-1]
     edge[:, :-1] |= inside[:, :-1] & beyond[:, 1:]
@@ -136,10 +152,11 @@ def boundary(places, surface, camera, grid) -> np.ndarray:
     return edge
 
 
-def bias_sigmas(test, reference, side: int = 16) -> float:
-    """Mean of t − r in standard errors, from the spread of its means over blocks of side² pixels: those are nearly
-    independent also where neighbouring pixels are not. What the bias itself varies makes it smaller, never larger."""
-    error = (np.asarray(test, float) - reference).mean(axis=2)
+def bias_sigmas(test, reference, lit, side: int = 16) -> float:
+    """Mean of t − r over lit pixels in standard errors, from the spread of its means over blocks of side² pixels: those
+    are nearly independent also where neighbouring pixels are not. What the bias itself varies makes it smaller, never
+    larger."""
+    error = np.where(lit, (np.asarray(test, float) - reference).mean(axis=2), 0.0)
     height, width = (max(n // side, 1) * min(n, side) for n in error.shape)
     rows, columns = height // min(error.shape[0], side), width // min(error.shape[1], side)
     means = error[:height, :width].reshape(rows, height // rows, columns, width // columns).mean(axis=(1, 3))

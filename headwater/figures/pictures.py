@@ -29,6 +29,8 @@ from headwater.progress import format_seconds
 
 REFERENCE_SEEDS = (1_000_003, 2_000_003)  # added to the pictures' seed: independent of every one of them
 
+BRIGHT = ("Emission", "Environment")  # passes of light that reaches the camera straight from lamps and sky
+
 
 class Stopped(Exception):
     """The user pressed Ctrl-C: what is done is kept, what was being rendered is not."""
@@ -51,7 +53,7 @@ class Reference:
 
     pixels: np.ndarray
     places: np.ndarray  # (H, W, 3) world space
-    surface: np.ndarray  # (H, W) whether a pixel shows a surface
+    lit: np.ndarray  # (H, W) whether a pixel shows surfaces only: no part of a lamp or of the sky in any sample
     error: dict  # measures.reference_error
     samples: int
     seconds: float
@@ -120,21 +122,26 @@ class Workshop:
     def _make_reference(self, scene, bounces, path, work):
         half = max(1, self.reference_samples // 2)
         options = ["--integrator", "path", "--lights", "power", "--samples", str(half)]
+        options += ["--passes", ",".join(["Combined", *BRIGHT])]
         label = f"reference of {scene.name}, {bounces} bounces"
-        halves = [self._render(scene, bounces, options, self.seed + more, label, work / 2) for more in REFERENCE_SEEDS]
-        guide = ["--integrator", "path", "--samples", "1", "--passes", "Combined,Position,Depth"]
-        seen = self._render(scene, 0, guide, self.seed, f"surfaces of {scene.name}", 0, more=("Position", "Depth"))
+        halves = [
+            self._render(scene, bounces, options, self.seed + seed, label, work / 2, BRIGHT) for seed in REFERENCE_SEEDS
+        ]
+        # One sample: places must be of surfaces, not means of several.
+        guide = ["--integrator", "path", "--samples", "1", "--passes", "Combined,Position"]
+        seen = self._render(scene, 0, guide, self.seed, f"surfaces of {scene.name}", 0, ("Position",))
+        mean = (halves[0].pixels + halves[1].pixels) / 2
+        passes = {"Combined": np.dstack([mean, np.ones(mean.shape[:2], np.float32)])}
+        passes |= {name: np.mean([half.stats["passes"][name] for half in halves], axis=0) for name in BRIGHT}
+        passes["Position"] = seen.stats["passes"]["Position"]
         facts = {
-            "error": reference_error(halves[0].pixels, halves[1].pixels),
+            "error": reference_error(halves[0].pixels, halves[1].pixels, _lit(mean, *(passes[b] for b in BRIGHT))),
             "samples": 2 * half,
             "seconds": halves[0].seconds + halves[1].seconds,
             "command": halves[0].command,
         }
         os.makedirs(os.path.dirname(path), exist_ok=True)
         write_text(os.path.splitext(path)[0] + ".json", json.dumps(facts, indent=1) + "\n")
-        mean = (halves[0].pixels + halves[1].pixels) / 2
-        passes = {"Combined": np.dstack([mean, np.ones(mean.shape[:2], np.float32)])}
-        passes |= {name: seen.stats["passes"][name] for name in ("Position", "Depth")}
         # Last, as its presence says that the reference is whole.
         write_exr(path, {name: pixels[::-1] for name, pixels in passes.items()}, depth="float")
 
@@ -232,9 +239,13 @@ def _work(bounces: int) -> float:
 def _read_reference(path) -> Reference:
     with open(os.path.splitext(path)[0] + ".json", encoding="utf-8") as file:
         facts = json.load(file)
-    pixels, places, depth = (load_colour(path, pass_name=name) for name in ("Combined", "Position", "Depth"))
-    surface = np.isfinite(depth[..., 0]) & (depth[..., 0] < 1e9) & (depth[..., 0] > 0)
-    return Reference(pixels, places, surface, **facts)
+    pixels, places, *bright = (load_colour(path, pass_name=name) for name in ("Combined", "Position", *BRIGHT))
+    return Reference(pixels, places, _lit(pixels, *bright), **facts)
+
+
+def _lit(pixels, *bright) -> np.ndarray:
+    """Reference.lit from the picture and its passes of light that comes straight from lamps and sky."""
+    return (pixels > 0).any(axis=2) & ~(np.concatenate(bright, axis=2) > 0).any(axis=2)
 
 
 def _find(report, key: str):

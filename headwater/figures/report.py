@@ -11,9 +11,11 @@ from headwater.output import write_text
 _COLUMNS = (
     ("relmse", "relMSE", "{:.4g}"),
     ("relmse_trimmed", "trimmed relMSE", "{:.4g}"),
+    ("lit_relmse_trimmed", "of surfaces", "{:.4g}"),
     ("mape", "MAPE", "{:.3f}"),
     ("flip", "FLIP", "{:.4f}"),
     ("mean_signed_error_percent", "mean signed error", "{:+.2f} %"),
+    ("lit_signed_percent", "of surfaces", "{:+.2f} %"),
     ("neighbour_correlation", "neighbours' correlation", "{:.3f}"),
     ("block_share", "shared in 4 x 4 blocks", "{:.3f}"),
     ("black_share", "black pixels", "{:.2%}"),
@@ -91,7 +93,8 @@ def _figure(record) -> str:
         own = reference["error"]
         out.append(
             f"Reference: {reference['samples']:,} samples, {reference['seconds']:.0f} s; its own relMSE "
-            f"{own['relmse']:.3g}, trimmed {own['relmse_trimmed']:.3g}{_warn(record)}.</p>"
+            f"{own['relmse']:.3g}, trimmed {own['relmse_trimmed']:.3g}, of surfaces "
+            f"{cell(own['lit_relmse_trimmed'], '{:.3g}')}{_warn(record)}.</p>"
         )
     out += [f"<p class=failed>{_e(reason)}</p>" for reason in record["failures"]]
     out.append(_claims(record["verdicts"]))
@@ -108,9 +111,9 @@ def _figure(record) -> str:
 
 def _warn(record) -> str:
     """A word where the reference is not far better than the best picture."""
-    errors = [v["numbers"]["relmse_trimmed"] for v in record["variants"] if v.get("numbers")]
-    own = record["reference"]["error"]["relmse_trimmed"]
-    if errors and own > 0.2 * min(errors):
+    errors = [v["numbers"]["lit_relmse_trimmed"] or 0.0 for v in record["variants"] if v.get("numbers")]
+    own = record["reference"]["error"]["lit_relmse_trimmed"] or 0.0
+    if errors and min(errors) > 0 and own > 0.2 * min(errors):
         return f" ({100 * own / min(errors):.0f} % of the best picture's: differences that small are noise)"
     return ""
 
