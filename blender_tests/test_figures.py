@@ -176,11 +176,11 @@ def test_every_figure_has_claims():
 def test_verdicts_follow_the_numbers():
     good = numbers(path=1.0, restir=0.5, wssr_kd=0.3, wssr_grid=0.2)
     said = claims.verdicts(figure("1"), good)
-    assert [v.agrees for v in said] == [True, True, True, True, False]
+    assert [v.agrees for v in said] == [True, True, True, True, None, None]
     assert "0.5 (restir) against 1 (path): 2.00 times less" in said[1].ours
     swapped = numbers(path=1.0, restir=2.0, wssr_kd=0.3, wssr_grid=0.2)
     said = claims.verdicts(figure("1"), swapped)
-    assert [v.agrees for v in said] == [False, False, True, True, False]
+    assert [v.agrees for v in said] == [False, False, True, True, None, None]
     assert "2.00 times more" in said[1].ours and said[0].ours.index("restir") < said[0].ours.index("path")
 
 
@@ -192,6 +192,18 @@ def test_minor_means_minor(factor, agrees, word):
     assert verdict.agrees is agrees and word in verdict.ours
     (verdict,) = claims.verdicts(figure("4"), numbers(restir=1.0, restir_reproject=1.0))
     assert verdict.agrees is False and "no difference" in verdict.ours
+
+
+def test_a_bias_is_more_than_noise():
+    found = numbers(wssr_kd=1.0)
+    found["wssr-kd"] |= {"lit_signed_percent": -3.0, "bias_sigmas": -8.0}
+    verdict = claims.verdicts(figure("1"), found)[4]
+    assert verdict.agrees is True and "-3.0 %" in verdict.ours and "-8.0" in verdict.ours
+
+
+def test_a_significant_boost_is_more_than_minor():
+    assert claims.verdicts(figure("3"), numbers(restir_on=1.0, restir_off=1.1))[0].agrees is False
+    assert claims.verdicts(figure("3"), numbers(restir_on=1.0, restir_off=2.0))[0].agrees is True
 
 
 def test_quantisation_needs_correlation_that_shows():
