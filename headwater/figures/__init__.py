@@ -17,7 +17,7 @@ from headwater.progress import Progress
 from headwater.render import TRACERS, natural, positive, size
 
 FULL = ((640, 360), 512)  # size, samples of a reference
-QUICK = ((320, 180), 128)
+QUICK = ((320, 180), 256)
 
 
 def add_arguments(parser) -> None:
@@ -25,9 +25,14 @@ def add_arguments(parser) -> None:
     add = parser.add_argument
     add("-o", "--output", required=True, metavar="DIR", help="folder of the report: DIR/index.html")
     add("--only", type=_numbers, metavar="N[,N]", help="these figures; others that DIR has stay in the report")
-    add("--quick", action="store_true", help="320x180, references of 128 samples")
+    add("--quick", action="store_true", help="320x180, references of 256 samples")
     add("--size", type=size, metavar="WxH", help="of the pictures (default: 640x360)")
-    add("--reference-samples", type=positive, metavar="N", help="samples of a reference (default: 512)")
+    add(
+        "--reference-samples",
+        type=positive,
+        metavar="N",
+        help="samples of a reference of direct light, half as many with bounces (default: 512)",
+    )
     add("--seed", type=natural, default=0, metavar="N")
     add("--device", default="", metavar="NAME", help="as for render")
     add("--tracer", choices=TRACERS, default="auto")

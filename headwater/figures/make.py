@@ -45,12 +45,12 @@ def make_figure(figure, scene, workshop, folder: str) -> dict:
             entry["failure"] = str(error)
             record["failures"].append(str(error))
             continue
-        numbers, flip_map = measure(picture.pixels, reference, figure.grid, scene.facts["camera"])
+        numbers, flip_map = measure(picture.pixels, reference, figure.grid, scene.facts["camera"], variant.rides)
         numbers |= {"seconds": picture.seconds, "reservoir_bytes": picture.reservoir_bytes}
         shown = display.tone_map(picture.pixels, exposure)
         relative, signed = (heat_map(picture.pixels, reference.pixels, kind) for kind in ("relative", "signed"))
         if figure.grid:
-            edge = measures.boundary(reference.places, reference.lit, scene.facts["camera"], figure.grid)
+            edge = measures.boundary(reference.places, reference.lit, scene.facts["camera"], figure.grid, variant.rides)
             relative, signed = display.overlay(relative, edge), display.overlay(signed, edge, (0, 0, 0))
         maps = [relative, signed] + (
             [heat_map(picture.pixels, reference.pixels, "flip", flip_map)] if numbers["flip"] else []
@@ -76,7 +76,7 @@ def make_figure(figure, scene, workshop, folder: str) -> dict:
     return record
 
 
-def measure(pixels, reference, grid, camera):
+def measure(pixels, reference, grid, camera, rides=False):
     """All numbers of a picture against its reference, and FLIP's map or None."""
     numbers, flip_map = describe(pixels, reference.pixels)
     error, lit = measures.signed_error(pixels, reference.pixels), reference.lit
@@ -90,7 +90,7 @@ def measure(pixels, reference, grid, camera):
         "bias_sigmas": measures.bias_sigmas(pixels, reference.pixels, lit),
     }
     if grid:
-        numbers["grid"] = measures.grid_measures(pixels, reference.pixels, reference.places, lit, camera, grid)
+        numbers["grid"] = measures.grid_measures(pixels, reference.pixels, reference.places, lit, camera, grid, rides)
     return numbers, flip_map
 
 

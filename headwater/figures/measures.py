@@ -101,50 +101,67 @@ def reference_error(first, second, lit) -> dict:
     }
 
 
-def cells(places, camera, extent, resolution) -> np.ndarray:
-    """Integer cell (H, W, 3) of each surface in a grid centred at the camera; outside: below 0 or from `resolution`."""
+def cells(places, camera, grid, rides: bool, shift: float = 0.0) -> np.ndarray:
+    """Cell (H, W, 3) of each surface, from 0 to resolution − 1 in the grid, else outside of it; as
+    shaders/lib/world_grid.h has them: riding cells keep their place relative to the camera, others are multiples of
+    their size in the world. shift: moves all cell edges, in cells."""
+    size = 2 * grid.extent / grid.resolution
+    camera = np.asarray(camera, float)
+    if rides:
+        origin = camera - grid.extent
+    else:
+        origin = (np.floor(camera / size + (0.5 if grid.resolution % 2 == 0 else 0)) - grid.resolution // 2) * size
     with np.errstate(invalid="ignore"):
-        at = np.floor((places - np.asarray(camera) + extent) / (2 * extent / resolution))
+        at = np.floor((places - origin) / size + shift)
     return np.nan_to_num(at, nan=-1.0, posinf=-1.0, neginf=-1.0).clip(-(2**30), 2**30).astype(np.int64)
 
 
-def grid_measures(test, reference, places, lit, camera, grid) -> dict:
+def _inside(places, lit, camera, grid, rides):
+    cell = cells(places, camera, grid, rides)
+    return ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & lit
+
+
+def _pairs(pixels, axis):
+    """Pixels and their neighbours along an axis."""
+    return (pixels[:-1], pixels[1:]) if axis == 0 else (pixels[:, :-1], pixels[:, 1:])
+
+
+def grid_measures(test, reference, places, lit, camera, grid, rides: bool = False) -> dict:
     """How error goes with the grid.
 
-    inside_share: of the lit pixels, those in the grid; relmse_trimmed and mean signed error (percent) inside and
-    beyond; edge_jump: mean squared difference of e between neighbours of different cells over that between
-    neighbours of one cell, both inside (1: cells don't show).
+    inside_share: of the lit pixels, those in the grid; relmse_trimmed, signed_percent, bias_sigmas and black_share of
+    those inside and beyond. edge_jump: mean squared difference of e between neighbours on two sides of a cell's edge,
+    over the same at edges moved by half a cell, where nothing but the scene makes errors differ: 1 when cells don't
+    show; None where fewer than 100 pairs tell.
     """
-    cell = cells(places, camera, grid.extent, grid.resolution)
-    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & lit
+    inside = _inside(places, lit, camera, grid, rides)
     beyond = lit & ~inside
     squares, error = squared_error(test, reference), _cut(signed_error(test, reference), lit)
     out = {"inside_share": float(inside.sum() / max(lit.sum(), 1))}
     for name, mask in (("inside", inside), ("beyond", beyond)):
         out[f"relmse_trimmed_{name}"] = trimmed(squares[mask])
         out[f"signed_percent_{name}"] = signed_percent(test, reference, mask)
+        out[f"bias_sigmas_{name}"] = bias_sigmas(test, reference, mask)
         out[f"black_share_{name}"] = black_share(test, mask)
-    jumps = {True: [], False: []}
+    own, moved = (cells(places, camera, grid, rides, shift) for shift in (0.0, 0.5))
+    jumps = {"own": [], "moved": []}
     for axis in (0, 1):
-        a, b = (slice(None, -1), slice(1, None))
-        first, second = ((a, slice(None)), (b, slice(None))) if axis == 0 else ((slice(None), a), (slice(None), b))
-        both = inside[first] & inside[second]
-        other = (cell[first] != cell[second]).any(axis=2)
-        difference = np.square(error[first] - error[second])
-        for across in (True, False):
-            jumps[across].append(difference[both & (other == across)])
-    means = {across: np.concatenate(found) for across, found in jumps.items()}
-    usable = all(len(found) > 100 for found in means.values()) and means[False].mean() > 0
-    out["edge_jump"] = float(means[True].mean() / means[False].mean()) if usable else None
+        both = np.logical_and(*_pairs(inside, axis))
+        across = [np.not_equal(*_pairs(cell, axis)).any(axis=2) for cell in (own, moved)]
+        difference = np.square(np.subtract(*_pairs(error, axis)))
+        jumps["own"].append(difference[both & across[0] & ~across[1]])
+        jumps["moved"].append(difference[both & across[1] & ~across[0]])
+    found = {name: np.concatenate(values) for name, values in jumps.items()}
+    usable = all(len(values) >= 100 for values in found.values()) and found["moved"].mean() > 0
+    out["edge_jump"] = float(found["own"].mean() / found["moved"].mean()) if usable else None
     return out
 
 
-def boundary(places, lit, camera, grid) -> np.ndarray:
+def boundary(places, lit, camera, grid, rides: bool = False) -> np.ndarray:
     """(H, W) whether a pixel lies at the grid's boundary: inside it, with a neighbour beyond."""
-    cell = cells(places, camera, grid.extent, grid.resolution)
-    inside = ((cell >= 0) & (cell < grid.resolution)).all(axis=2) & lit
-    edge = np.zeros_like(inside)
+    inside = _inside(places, lit, camera, grid, rides)
     beyond = lit & ~inside
+    edge = np.zeros_like(inside)
     edge[:-1] |= inside[:-1] & beyond[1:]
     edge[1:] |= inside[1:] & beyond[:-1]
     edge[:, :-1] |= inside[:, :-1] & beyond[:, 1:]

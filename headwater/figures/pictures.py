@@ -75,7 +75,7 @@ class Workshop:
         for scene, figure in figures:
             key = self._reference_key(scene, figure.bounces)
             if not os.path.isfile(self._reference_path(key)):
-                self._steps[key] = self.reference_samples * _work(figure.bounces)
+                self._steps[key] = self._samples(figure.bounces) * _work(figure.bounces)
             for variant in figure.variants:
                 self._steps[self._key(scene, figure, variant)] = figure.samples * _work(figure.bounces)
 
@@ -112,6 +112,10 @@ class Workshop:
             self._references[key] = _read_reference(path)
         return self._references[key]
 
+    def _samples(self, bounces: int) -> int:
+        """A reference's: bounces spread light, so that its noise is less, and cost several times as much."""
+        return self.reference_samples if bounces == 0 else max(2, self.reference_samples // 2)
+
     def machine(self) -> dict:
         """Device and tracer of the pictures rendered so far; empty where there are none."""
         for found in self._pictures.values():
@@ -120,7 +124,7 @@ class Workshop:
         return {}
 
     def _make_reference(self, scene, bounces, path, work):
-        half = max(1, self.reference_samples // 2)
+        half = max(1, self._samples(bounces) // 2)
         options = ["--integrator", "path", "--lights", "power", "--samples", str(half)]
         options += ["--passes", ",".join(["Combined", *BRIGHT])]
         label = f"reference of {scene.name}, {bounces} bounces"
@@ -224,7 +228,7 @@ class Workshop:
         return json.dumps([scene.blend, figure.samples, figure.bounces, variant.arguments()])
 
     def _reference_key(self, scene, bounces) -> str:
-        what = [__version__, scene.digest, self.size, bounces, self.reference_samples, self.seed]
+        what = [__version__, scene.digest, self.size, bounces, self._samples(bounces), self.seed]
         return f"{scene.name}-{hashlib.sha256(json.dumps(what).encode()).hexdigest()[:12]}"
 
     def _reference_path(self, key) -> str:

@@ -20,6 +20,11 @@ class Variant:
     integrator: str
     options: dict = field(default_factory=dict)
 
+    @property
+    def rides(self) -> bool:
+        """Whether its grid's cells ride with the camera."""
+        return self.options.get("grid-follow") == "camera"
+
     def arguments(self) -> list:
         """What `headwater render` is to be told of this variant."""
         # Canonical samples of all variants choose lights uniformly, as the paper's code does.
@@ -178,11 +183,11 @@ FIGURES = (
         (
             Variant(
                 "grid-rides",
-                "grid as in the paper's code: rides with the camera, empty cells black",
+                "grid, riding, empty cells black",
                 "wssr-grid",
                 {"grid-follow": "camera", "empty-cells": "black"},
             ),
-            Variant("grid-stays", "grid with canonical samples for empty cells", "wssr-grid"),
+            Variant("grid-stays", "grid, canonical where empty", "wssr-grid"),
         ),
         TOWN_INSETS,
         Grid(),
