@@ -168,7 +168,7 @@ def test_black_share():
 
 def numbers(**errors):
     base = {"neighbour_correlation": 0.0, "block_share": 0.0, "black_share": 0.0, "lit_signed_percent": 0.0}
-    base |= {"bias_sigmas": 0.0}
+    base |= {"bias_sigmas": 0.0, "neighbour_pairs": 10_000}
     return {name.replace("_", "-"): base | {"lit_relmse_trimmed": error} for name, error in errors.items()}
 
 
@@ -221,6 +221,14 @@ def test_quantisation_needs_correlation_that_shows():
     found["ascension-1"] |= {"neighbour_correlation": 0.4, "block_share": 0.3}
     verdict = claims.verdicts(figure("9a"), found)[0]
     assert verdict.agrees is True and "0.40" in verdict.ours and "30 %" in verdict.ours
+
+
+def test_sharing_less_is_more_than_noise():
+    found = numbers(ascension_1=2.0, ascension_10=1.0, ascension_100=2.0)
+    found["ascension-10"] |= {"neighbour_correlation": 0.04}
+    assert claims.verdicts(figure("6"), found)[3].agrees is False  # 0.014 is the difference's standard error
+    found["ascension-10"] |= {"neighbour_correlation": 0.08}
+    assert [v.agrees for v in claims.verdicts(figure("6"), found)] == [False, True, True, True]
 
 
 def test_grid_claims():

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 VISIBLE = 0.05  # a neighbour correlation above this is seen as blotches or blocks rather than as grain
 MINOR = 1.25  # an error ratio up to this is "minor"
-SIGMAS = 4.0  # standard errors from which on a mean error is a bias
+SIGMAS = 4.0  # standard errors from which on a mean error is a bias, a difference is one
 JUMP = 1.10  # a jump of squared errors at cell edges above this shows
-NOISE = 0.02  # error ratios closer to 1, and correlations closer to each other, are not told apart
+NOISE = 0.02  # error ratios closer to 1 than this are not told apart
 
 
 @dataclass(frozen=True)
@@ -183,8 +183,13 @@ def _shares_less(paper, less: str, more: str):
         if missing := _missing(paper, numbers, less, more):
             return missing
         low, high = (numbers[n]["neighbour_correlation"] for n in (less, more))
-        ours = f"neighbouring pixels' errors correlate by {low:.3f} ({less}) against {high:.3f} ({more})"
-        return Verdict(paper, ours, high - low > NOISE)
+        # Of independent pixels a correlation varies by one over the root of the number of pairs.
+        error = sum(1 / max(numbers[n]["neighbour_pairs"], 1) for n in (less, more)) ** 0.5
+        ours = (
+            f"neighbouring pixels' errors correlate by {low:.3f} ({less}) against {high:.3f} ({more}), "
+            f"{(high - low) / error:+.1f} standard errors apart"
+        )
+        return Verdict(paper, ours, high - low > SIGMAS * error)
 
     return check
 

@@ -85,6 +85,7 @@ def measure(pixels, reference, grid, camera, rides=False):
         "lit_relmse_trimmed": measures.trimmed(measures.squared_error(pixels, reference.pixels)[lit]),
         "lit_signed_percent": measures.signed_percent(pixels, reference.pixels, lit),
         "neighbour_correlation": measures.neighbour_correlation(error, lit),
+        "neighbour_pairs": measures.neighbour_pairs(lit),
         "block_share": measures.block_share(error, lit),
         "black_share": measures.black_share(pixels, lit),
         "bias_sigmas": measures.bias_sigmas(pixels, reference.pixels, lit),

@@ -38,11 +38,16 @@ def neighbour_correlation(error, lit) -> float:
     error = _cut(error, lit)
     error = np.where(lit, error - error[lit].mean(), 0.0)
     variance = np.mean(np.square(error[lit]))
-    pairs = (lit[:, 1:] & lit[:, :-1]).sum() + (lit[1:] & lit[:-1]).sum()
+    pairs = neighbour_pairs(lit)
     if variance <= 0 or not pairs:
         return 0.0
     products = (error[:, 1:] * error[:, :-1]).sum() + (error[1:] * error[:-1]).sum()
     return float(products / pairs / variance)
+
+
+def neighbour_pairs(lit) -> int:
+    """How many pairs of lit pixels side by side there are."""
+    return int((lit[:, 1:] & lit[:, :-1]).sum() + (lit[1:] & lit[:-1]).sum())
 
 
 def block_share(error, lit) -> float:
