@@ -382,7 +382,7 @@ def test_a_real_figure(tmp_path, monkeypatch):
     found = record["variants"][0]["numbers"]
     assert record["reference"]["error"]["relmse_trimmed"] < found["relmse_trimmed"]
     assert abs(found["mean_signed_error_percent"]) < 60  # two samples a pixel: the right scene, no more
-    reference = pictures._read_reference(next((tmp_path / "references").glob("*.exr")))
+    reference = pictures._read_reference(str(next((tmp_path / "references").glob("*.exr"))))
     low, high = reference.places[reference.lit].min(axis=0), reference.places[reference.lit].max(axis=0)
     assert (low > [-1, -1, -1]).all() and (high < [10, 18, 4]).all() and high[1] > 10, "places of the room's surfaces"
 
