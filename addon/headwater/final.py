@@ -131,8 +131,8 @@ def export(engine, depsgraph) -> Job:
     scene = depsgraph.scene_eval
     state.frame = (scene.frame_current, scene.frame_subframe)
     settings = render_settings.build(scene, view_layer, frame, [item.core_name for item in wanted], given)
-    # Frames of an animation hand their reservoirs on; a picture rendered again starts anew, so that it comes out the same.
-    # The eyes of a stereo render share a session, not a past.
+    # Frames of an animation hand their reservoirs on. A picture rendered again starts anew, so that it comes out the
+    # same; the eyes of a stereo render share a session, not a past.
     in_order = (again or persistent) and not scene.render.use_multiview
     settings["continue_history"] = in_order and state.continues(scene)
     state.reservoirs_of = None

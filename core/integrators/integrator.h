@@ -2,8 +2,8 @@
 // An integrator is an ordered list of wavefront stages over one wave of paths. A new one adds a file and a line in the
 // registry (integrator.cpp).
 //
-// A pass is one sample of every pixel, in one or more waves. Reservoir integrators read what the last pass left and write
-// for the next, so that waves of a pass may come in any order.
+// A pass is one sample of every pixel, in one or more waves. Reservoir integrators read what the last pass left and
+// write for the next, so that waves of a pass may come in any order.
 #pragma once
 
 #include <atomic>
@@ -33,13 +33,13 @@ struct IntegratorContext {
   bool transparent_shadows;                    // some material lets shadow rays through
   RenderSettings settings;
   const std::atomic<bool>& cancelled;
-  ReservoirStore& reservoirs;    // kept over frames
-  std::uint32_t light_count;     // in the light table
-  float light_power;             // estimate of all they send out [W]
-  LightChanges light_changes;    // since the last render of the session
-  vec3 camera_position;          // world space
-  std::uint32_t width, height;   // of the region that is rendered, pixels
-  int threads;                   // of the host, 0: all
+  ReservoirStore& reservoirs;   // kept over frames
+  std::uint32_t light_count;    // in the light table
+  float light_power;            // estimate of all they send out [W]
+  LightChanges light_changes;   // since the last render of the session
+  vec3 camera_position;         // world space
+  std::uint32_t width, height;  // of the region that is rendered, pixels
+  int threads;                  // of the host, 0: all
 };
 
 // The value of constant 0, the features.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // World-space reuse as a list of stages, in the place of path's light sample:
 //   surface → light candidates → cell insert → cell winner → cell reuse → shade …   and after a pass: cell update
-// One sample of every pixel is a pass; its surfaces read the cells as the last pass left them, and offer their canonical
-// samples for the next. A render without history is preceded by passes that leave no light: for the tree one that
-// gathers the first surfaces it is built over (camera → trace), then one that fills the cells.
+// One sample of every pixel is a pass; its surfaces read the cells as the last pass left them, and offer their
+// canonical samples for the next. A render without history is preceded by passes that leave no light: for the tree one
+// that gathers the first surfaces it is built over (camera → trace), then one that fills the cells.
 #include "integrators/wssr.h"
 
 #include <cmath>
@@ -54,7 +54,8 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   frame.grid = world_grid(context_.camera_position, params_.grid_extent, params_.grid_resolution,
                           params_.reservoirs_per_cell, params_.grid_rides);
   const std::string kind = layout(context_.settings, params_);
-  const bool keeps = context_.settings.continue_history && store.kind == kind && store.cells && store.cells->has_history;
+  const bool keeps =
+      context_.settings.continue_history && store.kind == kind && store.cells && store.cells->has_history;
   if (!keeps) {
     store.clear();
     store.kind = kind;
@@ -72,7 +73,8 @@ void WssrIntegrator::begin_frame(Commands& commands) {
     points_.reserve(std::size_t(context_.width) * context_.height);
     return;
   }
-  if (!keeps) store.cells = CellReservoirs::of_grid(context_.device, params_.grid_resolution, params_.reservoirs_per_cell);
+  if (!keeps)
+    store.cells = CellReservoirs::of_grid(context_.device, params_.grid_resolution, params_.reservoirs_per_cell);
   start_cells(commands, !keeps);
 }
 

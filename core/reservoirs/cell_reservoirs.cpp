@@ -31,7 +31,9 @@ std::unique_ptr<CellReservoirs> CellReservoirs::of_tree(Device& device, std::spa
   return cells;
 }
 
-std::uint64_t CellReservoirs::bytes() const { return cells_->bytes() + touched_->buffer.bytes() + (nodes_ ? nodes_->bytes() : 0); }
+std::uint64_t CellReservoirs::bytes() const {
+  return cells_->bytes() + touched_->buffer.bytes() + (nodes_ ? nodes_->bytes() : 0);
+}
 
 void CellReservoirs::fill(ReuseFrame& frame) const {
   frame.cells = cells_->address();

@@ -12,7 +12,7 @@
 namespace hw {
 
 struct ReservoirStore {
-  std::string kind;  // the integrator and the settings that decide about layout; others start anew
+  std::string kind;          // the integrator and the settings that decide about layout; others start anew
   std::uint32_t passes = 0;  // of the frames since it was started
   std::unique_ptr<ScreenReservoirs> screen;
   std::unique_ptr<CellReservoirs> cells;

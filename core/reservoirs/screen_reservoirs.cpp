@@ -7,8 +7,8 @@ namespace hw {
 ScreenReservoirs::ScreenReservoirs(Device& device, std::uint32_t width, std::uint32_t height)
     : width_(width), height_(height) {
   for (int i = 0; i < 2; ++i) {
-    reservoirs_[i] = std::make_unique<Buffer>(device, sizeof(Reservoir) * std::size_t(width) * height, BufferUse::device,
-                                              "screen reservoirs");
+    reservoirs_[i] = std::make_unique<Buffer>(device, sizeof(Reservoir) * std::size_t(width) * height,
+                                              BufferUse::device, "screen reservoirs");
     surfaces_[i] = std::make_unique<Buffer>(device, sizeof(ReuseSurface) * std::size_t(width) * height,
                                             BufferUse::device, "screen surfaces");
   }

@@ -30,10 +30,10 @@ std::vector<IntegratorInfo> make_table() {
   kd.candidates = kd.indirect_candidates = 1;
   kd.neighbours = 3;
   ReuseParams grid = kd;
-  const Names screen = {"candidates",    "indirect_candidates", "neighbours",       "reuse_radius", "temporal_reuse",
+  const Names screen = {"candidates",    "indirect_candidates", "neighbours",    "reuse_radius", "temporal_reuse",
                         "spatial_reuse", "visibility_reuse",    "reuse_weights", "history"};
-  const Names world = {"candidates", "indirect_candidates", "neighbours", "reservoirs_per_cell", "temporal_reuse",
-                       "spatial_reuse", "history", "empty_cells"};
+  const Names world = {"candidates",     "indirect_candidates", "neighbours", "reservoirs_per_cell",
+                       "temporal_reuse", "spatial_reuse",       "history",    "empty_cells"};
   const Names grids = joined(world, {"grid_radius", "grid_resolution", "grid_extent", "cell_inputs", "grid_follow"});
   return {
       {"path", "Path Tracing", "One light sample and one bounce at each surface. Unbiased; the reference.", {}, {}},
@@ -131,7 +131,8 @@ ReuseParams resolve_reuse(const RenderSettings& s) {
   whole("history", r.history, 0, 1u << 20, p.history);
   if (given("temporal_reuse", r.temporal_reuse)) p.temporal_reuse = *r.temporal_reuse;
   if (given("spatial_reuse", r.spatial_reuse)) p.spatial_reuse = *r.spatial_reuse;
-  choice("reuse_weights", r.reuse_weights, {"1/M", "1/Z", "mis"}, [&](std::uint32_t i) { p.weights = ReuseWeights(i); });
+  choice("reuse_weights", r.reuse_weights, {"1/M", "1/Z", "mis"},
+         [&](std::uint32_t i) { p.weights = ReuseWeights(i); });
   // A stored sample that was found occluded stands for fewer places than its weights say: MIS weights would be biased
   // by it, so that they come without unless asked for.
   if (p.weights == ReuseWeights::kMis) p.visibility_reuse = false;

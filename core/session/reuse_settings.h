@@ -15,13 +15,13 @@ struct ReuseSettings {
   std::optional<std::uint32_t> candidates;           // M: light candidates at the first surface
   std::optional<std::uint32_t> indirect_candidates;  // at later surfaces
   std::optional<std::uint32_t> neighbours;           // k
-  std::optional<float> reuse_radius;                 // restir: of spatial neighbours, share of the picture's smaller side
-  std::optional<std::uint32_t> ascension;            // wssr-kd: L, levels of the tree
-  std::optional<std::uint32_t> grid_radius;          // wssr-grid: L, cells
-  std::optional<std::uint32_t> grid_resolution;      // cells along each axis
-  std::optional<float> grid_extent;                  // half the grid's side [m]
-  std::optional<std::uint32_t> cell_inputs;          // samples a cell takes in one pass over the picture; 0: all
-  std::optional<std::uint32_t> points_per_leaf;      // wssr-kd
+  std::optional<float> reuse_radius;             // restir: of spatial neighbours, share of the picture's smaller side
+  std::optional<std::uint32_t> ascension;        // wssr-kd: L, levels of the tree
+  std::optional<std::uint32_t> grid_radius;      // wssr-grid: L, cells
+  std::optional<std::uint32_t> grid_resolution;  // cells along each axis
+  std::optional<float> grid_extent;              // half the grid's side [m]
+  std::optional<std::uint32_t> cell_inputs;      // samples a cell takes in one pass over the picture; 0: all
+  std::optional<std::uint32_t> points_per_leaf;  // wssr-kd
   std::optional<std::uint32_t> reservoirs_per_cell;  // of a leaf or a cell
   std::optional<std::uint32_t> history;  // most passes over the picture that a reservoir remembers; 0: all of them
   std::optional<bool> temporal_reuse, spatial_reuse, visibility_reuse;

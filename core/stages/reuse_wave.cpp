@@ -24,7 +24,8 @@ ReuseWave::ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t light
   };
   reservoirs = make(sizeof(Reservoir), "path reservoirs");
   targets = make(sizeof(ReuseSurface), "path targets");
-  proxies = std::make_unique<Buffer>(device, sizeof(LightProxy) * std::max(lights, 1u), BufferUse::device, "light proxies");
+  proxies =
+      std::make_unique<Buffer>(device, sizeof(LightProxy) * std::max(lights, 1u), BufferUse::device, "light proxies");
   visible = std::make_unique<Queue>(device, capacity, "visibility queue");
   if (cells) {
     race_keys = make(sizeof(std::uint64_t), "race keys");

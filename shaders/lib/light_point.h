@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A point on a light as a sample that any surface can use: the light's index and two numbers say where, whatever the
-// receiver (ALGORITHMS: identity shift). Its measure is the light's own, normalised to one: area over the whole area for
-// anything with a surface, solid angle over the whole solid angle for suns and the world, one for true points. So a
+// receiver (ALGORITHMS: identity shift). Its measure is the light's own, normalised to one: area over the whole area
+// for anything with a surface, solid angle over the whole solid angle for suns and the world, one for true points. So a
 // sample stays valid, with Jacobian one, when its light moves, turns, grows or deforms.
 //
 // light_point() gives, at a receiver, the direction, the radiance, and `density` = solid angle seen per unit of that
-// measure: radiance · density is what the integrand has besides BSDF and visibility. For a true point radiance · density
-// is the irradiance at normal incidence.
+// measure: radiance · density is what the integrand has besides BSDF and visibility. For a true point radiance ·
+// density is the irradiance at normal incidence.
 #ifndef HW_LIGHT_POINT_H
 #define HW_LIGHT_POINT_H
 #include "light_sampling.h"
@@ -44,8 +44,8 @@ HW_FN float light_turn(float x, float y) {
   return turn < 0.0f ? turn + 1.0f : turn;
 }
 
-// Evaluates the point `uv` of `light` for a receiver at P. The radiance of the world and of programs is for the caller to
-// bring in.
+// Evaluates the point `uv` of `light` for a receiver at P. The radiance of the world and of programs is for the caller
+// to bring in.
 HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
   LightPoint p;
   p.radiance = light.emission;

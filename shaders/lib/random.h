@@ -11,8 +11,8 @@ HW_CONST uint HW_STREAM_CANDIDATES = 1u;
 HW_CONST uint HW_STREAM_REUSE = 2u;
 HW_CONST uint HW_STREAM_CELL = 3u;
 
-// `pass` counts passes over frames too: with the same numbers as in the frame before, a reservoir would be offered again
-// what it has seen.
+// `pass` counts passes over frames too: with the same numbers as in the frame before, a reservoir would be offered
+// again what it has seen.
 HW_FN uint random_stream(uint pixel_hash, uint pass, uint bounce, uint purpose, uint seed) {
   uint h = sampler_hash(pixel_hash ^ sampler_hash(pass * 0x9e3779b9u ^ sampler_hash(seed ^ 0x2545f491u)));
   return sampler_hash(h ^ (bounce * 16u + purpose) * 0x85ebca6bu);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The target function of light reuse, p_hat: an upper estimate of the luminance that a light sends to the viewer by way of
-// a surface, without visibility. The light is its proxy (lib/light_proxy.h), the same for every point of it; the
+// The target function of light reuse, p_hat: an upper estimate of the luminance that a light sends to the viewer by way
+// of a surface, without visibility. The light is its proxy (lib/light_proxy.h), the same for every point of it; the
 // surface's closures are summed up as one Lambertian and one GGX lobe (with the visibility term of Karis 2013). So it
 // costs little and the surfaces of neighbours can be kept in 32 bytes. It is positive wherever light can arrive, which
 // is all that resampling asks of it (Talbot 2005); the shading of the chosen sample is exact.

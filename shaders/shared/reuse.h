@@ -23,12 +23,12 @@ HW_CHECK_SIZE(ReuseSurface, 32)
 // A light reduced to what its target function needs: its middle, and how much it sends out in which directions. Made
 // from the light table once a frame (stages/light_proxies.comp).
 struct LightProxy {
-  vec3 center;        // world space [m]; suns: unit direction towards them
-  float radius;       // of a sphere about it [m]; suns: sine of the half angle; the world: 0
-  uint axis;          // the direction it emits along, octahedral
-  uint emission;      // two half floats a, b: emits clamp(a cos + b, 0, 1) at an angle to the axis
-  float intensity;    // luminance [W sr^-1] at its brightest; suns: irradiance; the world: mean radiance
-  float area;         // that faces the receiver [m^2]; suns: solid angle; 0 for true points
+  vec3 center;           // world space [m]; suns: unit direction towards them
+  float radius;          // of a sphere about it [m]; suns: sine of the half angle; the world: 0
+  uint axis;             // the direction it emits along, octahedral
+  uint emission;         // two half floats a, b: emits clamp(a cos + b, 0, 1) at an angle to the axis
+  float intensity;       // luminance [W sr^-1] at its brightest; suns: irradiance; the world: mean radiance
+  float area;            // that faces the receiver [m^2]; suns: solid angle; 0 for true points
   float inverse_choice;  // 1 / the probability of being chosen; 0: never
   uint flags;            // HW_PROXY_*
   float threshold;       // the alias table's entry of the same index, to draw from it in one load
@@ -55,8 +55,8 @@ struct ReuseCell {
 };
 HW_CHECK_SIZE(ReuseCell, 72)
 
-// What the stages of reuse read besides the frame's parameters (FrameParams::reuse). A pass is one sample of every pixel
-// of the picture: what it reads was left by the pass before, in this frame or the last.
+// What the stages of reuse read besides the frame's parameters (FrameParams::reuse). A pass is one sample of every
+// pixel of the picture: what it reads was left by the pass before, in this frame or the last.
 struct ReuseFrame {
   uint64_t reservoirs;       // Reservoir[path]: the light sample that shading takes
   uint64_t targets;          // ReuseSurface[path]
@@ -76,19 +76,19 @@ struct ReuseFrame {
   uint light_remap_count;
   uint candidates, indirect_candidates;
   uint neighbours;
-  uint flags;              // HW_REUSE_*
-  float radius;            // of spatial neighbours [pixels]
-  float confidence_cap;    // most confidence a reservoir of the last pass may bring; 0: no cap
-  float history_passes;    // cells: most passes' worth of inputs they remember; 0: all
-  float history_share;     // new frame: share of the confidence that old samples keep (lights came on)
-  float light_mis_scale;   // light samples that MIS counts next-event estimation as; 1 for `path`
-  uint ascension;          // levels of the tree
-  uint grid_radius;        // cells
-  uint cell_inputs;        // 0: all
-  uint cell_slots;         // reservoirs a cell
-  uint pass;               // counts passes of the render, for random numbers of cells
-  int fixed_exponent;      // scale of fixed-point sums (lib/reservoir_race.h)
-  WorldGrid grid;          // wssr-grid: cells are its cells
+  uint flags;             // HW_REUSE_*
+  float radius;           // of spatial neighbours [pixels]
+  float confidence_cap;   // most confidence a reservoir of the last pass may bring; 0: no cap
+  float history_passes;   // cells: most passes' worth of inputs they remember; 0: all
+  float history_share;    // new frame: share of the confidence that old samples keep (lights came on)
+  float light_mis_scale;  // light samples that MIS counts next-event estimation as; 1 for `path`
+  uint ascension;         // levels of the tree
+  uint grid_radius;       // cells
+  uint cell_inputs;       // 0: all
+  uint cell_slots;        // reservoirs a cell
+  uint pass;              // counts passes of the render, for random numbers of cells
+  int fixed_exponent;     // scale of fixed-point sums (lib/reservoir_race.h)
+  WorldGrid grid;         // wssr-grid: cells are its cells
   uint pad[2];
 };
 HW_CHECK_SIZE(ReuseFrame, 240)
