@@ -154,6 +154,26 @@ HW_FN vec2 light_point_uv(LightRecord light, vec3 P, HW_IN(LightSample) s) {
   return vec2(clamp(0.5f - 0.5f * n.z, 0.0f, 1.0f), light_turn(n.x, n.y));
 }
 
+// Any point of the light, uniformly.
+HW_FN vec2 light_point_uniform(LightRecord light, vec2 u) {
+  if (light.type == HW_LIGHT_TRIANGLE) return triangle_warp_area(u);
+  bool ellipse = light.type == HW_LIGHT_AREA && (light.flags & HW_LIGHT_ELLIPSE) != 0u;
+  return ellipse ? warp_disk(u) * 0.5f + vec2(0.5f) : u;
+}
+
+// The share of samples to be drawn uniformly over the light where the others are drawn by light_sample. A sample is
+// weighed by what other receivers would have made of it, so that each must be able to draw every point of a light, also
+// those turned away from it: else what only others see would be lost. 0: light_sample reaches every point from
+// anywhere.
+HW_FN float light_uniform_share(LightRecord light) {
+  bool limited_spot = light.type == HW_LIGHT_SPOT && light.size_x > 0.0f;       // to its cone
+  bool limited_area = light.type == HW_LIGHT_AREA && light.spot_smooth > 0.0f;  // to its spread
+  bool round = light.type == HW_LIGHT_POINT && !lamp_sphere_is_disk(light) && light.size_x > 0.0f;
+  bool one_sided = light.type == HW_LIGHT_TRIANGLE && (light.flags & HW_LIGHT_TWO_SIDED) == 0u;
+  bool turned = round || one_sided || light.type == HW_LIGHT_AREA;
+  return limited_spot || limited_area ? 1.0f : turned ? 1.0f / 16.0f : 0.0f;
+}
+
 // Solid-angle pdf with which `path` would find the point by next-event estimation, once it has chosen the light: what
 // MIS against BSDF rays weighs (see shade.comp).
 HW_FN float light_point_mis_pdf(LightRecord light, WorldDistribution world, vec3 P, HW_IN(LightPoint) p) {

@@ -52,21 +52,24 @@ void main() {
   LightRecord light = light_load(min(r.light, HW_ROOT.light_count - 1u));
   LightSample s = light_sample_none();
   vec2 uv;
-  bool ok;
+  float share = light_uniform_share(light);
+  bool uniform_point = u2.x < share;
+  u2.x = uniform_point ? u2.x / max(share, 1e-6) : min((u2.x - share) / max(1.0 - share, 1e-6), 0.99999994);
+  bool sampled;
   if (light.type == HW_LIGHT_WORLD) {
     world_sample(HW_ROOT.world, u2, s.wi, s.pdf);
-    s.distance = HW_INFINITY;
-    s.normal = -s.wi;
+    sampled = s.pdf > 0.0;
     uv = light_world_uv(s.wi);
-    ok = s.pdf > 0.0;
   } else {
-    ok = light_sample(light, point.position, vec3(u2, 0.0), s);
-    uv = light_point_uv(light, point.position, s);
+    sampled = light_sample(light, point.position, vec3(u2, 0.0), s) || uniform_point;
+    uv = uniform_point ? light_point_uniform(light, u2) : light_point_uv(light, point.position, s);
   }
-  bool delta = (s.flags & HW_LIGHT_SAMPLE_DELTA) != 0u;
   LightPoint p = light_point(light, uv, point.position);
-  float density = delta ? 1.0 : s.pdf * p.density;
-  ok = ok && density > 0.0 && r.light != HW_NONE;
+  float pdf = s.pdf;
+  if (uniform_point) pdf = light_pdf(light, point.position, p.wi, p.distance);
+  // A true point is always found, whatever it sends here: others may see more of it.
+  float density = p.delta ? 1.0 : (1.0 - share) * pdf * p.density + share;
+  bool ok = (sampled || p.delta) && density > 0.0 && r.light != HW_NONE;
   r.u = uv.x;
   r.v = uv.y;
   r.weight = r.weight / density;
@@ -76,7 +79,7 @@ void main() {
 
   bool shadowed = light.type == HW_LIGHT_WORLD || (light.flags & HW_LIGHT_CAST_SHADOW) != 0u;
   if (push.out_queue != 0ul && primary && r.light != HW_NONE && shadowed) {
-    shadow_ray_store(path, shadow_ray(point, s.wi, s.distance, s.normal));
+    shadow_ray_store(path, shadow_ray(point, p.wi, p.distance, p.normal));
     queue_push(push.out_queue, path);
   }
 }
