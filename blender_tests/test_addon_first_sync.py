@@ -105,7 +105,6 @@ facts = []
 final = importlib.import_module(hb.MODULE + ".final")
 final.observers.append(lambda event, what: facts.append(what) if event == "frame" else None)
 scene.render.image_settings.file_format = "OPEN_EXR"
-scene.view_layers[0].use_pass_vector = True
 scene.frame_start, scene.frame_end = 1, 2
 pictures = []
 for first in (10**9, 1000):

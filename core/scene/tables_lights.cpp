@@ -297,9 +297,10 @@ void Tables::choose_lights(const std::string& name) {
   relight();
 }
 
-// Lights alone, between updates.
+// Lights alone, between updates. Where the scene has been edited since the last one, what the tables remember of it may be
+// gone: then the next update does it.
 void Tables::relight() {
-  if (failed_ || seen_ == 0) return;  // the next update does it
+  if (failed_ || seen_ == 0 || seen_ != scene_.impl().revision) return;
   for (auto& [id, slot] : groups_) slot.written = false;
   Uploader uploader(device_);
   TableCounts counts;
