@@ -171,7 +171,7 @@ PARAMETERS = {
                 (
                     "1/M",
                     "1/M",
-                    "As the paper: quick, but biased: too dark or too bright along edges and shadow borders",
+                    "As the paper: quick, but biased: too dark, most along edges and shadow borders",
                 ),
                 (
                     "1/Z",
