@@ -63,12 +63,19 @@ HW_FN LightProxy light_proxy(LightRecord light, HW_IN(AliasEntry) entry, float w
     p.intensity = radiance * (light.size_x > 0.0f ? p.area : 1.0f);
     if (light.type == HW_LIGHT_SPOT) {
       axis = -light.axis_z;
-      // The falloff is in the lamp's own space: taken over only where that is not stretched.
-      float stretch = max(abs(dot(light.axis_x, light.axis_x) - 1.0f), abs(dot(light.axis_y, light.axis_y) - 1.0f));
-      stretch = max(stretch, abs(dot(light.axis_z, light.axis_z) - 1.0f));
+      // The falloff is in the lamp's own space: taken over only where that is neither stretched nor sheared.
+      vec3 x = light.axis_x;
+      vec3 y = light.axis_y;
+      vec3 z = light.axis_z;
+      float scale2 = max(dot(z, z), 1e-30f);
+      float stretch = max(abs(dot(x, x) - scale2), abs(dot(y, y) - scale2));
+      stretch = max(stretch, max(abs(dot(x, y)), max(abs(dot(x, z)), abs(dot(y, z)))));
       float slope = min(light.spot_smooth, 1e3f);
-      a = stretch < 1e-3f ? slope : 0.0f;
-      b = stretch < 1e-3f ? 0.01f - light.spread_or_spot * slope : 1.0f;
+      // Wider by 1.5e-3 of the cosine: what half floats, the packed axis and a stretch let pass may add up to, which
+      // at the edge of a sharp cone would be darkness where there is light.
+      float edge = light.spread_or_spot - 1.5e-3f;
+      a = stretch < 1e-3f * scale2 ? slope : 0.0f;
+      b = stretch < 1e-3f * scale2 ? 0.01f - edge * slope : 1.0f;
     }
   }
   if (!(light.size_x > 0.0f) && (light.type <= HW_LIGHT_SUN)) p.flags &= ~HW_PROXY_WEIGHED;
