@@ -47,6 +47,8 @@ HW_FN ReuseSurface reuse_surface(HW_IN(ClosureList) list, vec3 position, vec3 wo
   float transmit = 0.0f;
   float alpha = 0.0f;
   vec3 normal = vec3(0.0f);
+  vec3 first = vec3(0.0f);
+  bool differ = false;
   for (uint i = 0u; i < list.count; ++i) {
     Closure c = closure_load(list, i);
     float w = closure_is_singular(c) ? 0.0f : c.sample_weight;
@@ -58,11 +60,15 @@ HW_FN ReuseSurface reuse_surface(HW_IN(ClosureList) list, vec3 position, vec3 wo
     alpha += shiny ? w * (closure_is_microfacet(c) ? sqrt(c.alpha_x * c.alpha_y) : 0.5f) : 0.0f;
     diffuse += other_side || shiny ? 0.0f : w;
     normal += c.N * w;
+    first = dot(first, first) > 0.0f || !(w > 0.0f) ? first : c.N;
+    vec3 off = c.N - first;
+    differ = differ || (w > 0.0f && dot(off, off) > 1e-10f);
   }
   float sum = diffuse + glossy + transmit;
   float length_n = length(normal);
-  // Normals that differ leave directions that the mean normal does not see: a part of the floor goes everywhere.
-  float spread = length_n < 0.9999f * sum ? HW_TARGET_FLOOR * sum : 0.0f;
+  // Normals that differ, however little the closures weigh, leave directions that the mean normal does not see: a part
+  // of the floor goes everywhere.
+  float spread = differ ? HW_TARGET_FLOOR * sum : 0.0f;
   ReuseSurface s;
   s.position = position;
   s.key = key;
