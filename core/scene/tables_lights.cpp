@@ -297,8 +297,8 @@ void Tables::choose_lights(const std::string& name) {
   relight();
 }
 
-// Lights alone, between updates. Where the scene has been edited since the last one, what the tables remember of it may be
-// gone: then the next update does it.
+// Lights alone, between updates. Where the scene has been edited since the last one, what the tables remember of it may
+// be gone: then the next update does it.
 void Tables::relight() {
   if (failed_ || seen_ == 0 || seen_ != scene_.impl().revision) return;
   for (auto& [id, slot] : groups_) slot.written = false;

@@ -50,12 +50,12 @@ Surface random_surface(Random& random, vec3 P, int i) {
     if (dot(N, s.sg.wo) <= 0) N = s.sg.Ns;  // programs keep normals towards the viewer
     const float strength = std::pow(10.0f, random(-4, 0));
     for (uint n = 0; n < part.count && s.list.count + 1 < HW_MAX_CLOSURES; ++n) {
-      Closure closure = HW_CLOSURE_AT(part, n);
+      Closure closure = closure_load(part, n);
       closure.weight = closure.weight * strength;
       closure.sample_weight *= strength;
       closure.N = N;
       if (N != s.sg.Ns) closure.type |= HW_CLOSURE_BUMPED;
-      HW_CLOSURE_AT(s.list, s.list.count) = closure;
+      closure_store(s.list, s.list.count, closure);
       ++s.list.count;
     }
   }
@@ -75,7 +75,7 @@ TEST_CASE("the target is positive wherever light arrives") {
   int lit = 0;
   for (std::uint32_t round = 0; round < 60; ++round) {
     for (const LightCase& c : light_cases(round)) {
-      const LightProxy proxy = light_proxy(c.light, kChoice, 0, 0);
+      const LightProxy proxy = light_proxy(c.light, AliasEntry{1.0f, 0, kChoice}, 0, 0);
       for (int i = 0; i < 60; ++i) {
         const vec3 P = receiver(c, i, random);
         const Surface s = random_surface(random, P, i);
@@ -118,7 +118,7 @@ TEST_CASE("the target is positive to the rim of a cone") {
     d.spot_blend = i % 4 == 0 ? 0 : std::pow(10.0f, random(-5, 0));
     d.radius = i % 2 == 0 ? 0 : random(0, 0.01f);
     const LightRecord light = make_lamp(d, 10).record;
-    const LightProxy proxy = light_proxy(light, kChoice, 0, 0);
+    const LightProxy proxy = light_proxy(light, AliasEntry{1.0f, 0, kChoice}, 0, 0);
     vec3 axis = cross(light.axis_x, light.axis_y), x, y;
     axis = normalize(dot(axis, light.axis_z) < 0 ? -axis : axis) * -1.0f;
     warp_frame(axis, x, y);
@@ -156,7 +156,7 @@ TEST_CASE("the target sees the world from everywhere") {
   world.type = HW_LIGHT_WORLD;
   for (int i = 0; i < 300; ++i) {
     const Surface s = random_surface(random, random.direction(), i);
-    const LightProxy proxy = light_proxy(world, kChoice, i % 2 ? 0.3f : 0.0f, HW_LIGHT_USE_MIS);
+    const LightProxy proxy = light_proxy(world, AliasEntry{1.0f, 0, kChoice}, i % 2 ? 0.3f : 0.0f, HW_LIGHT_USE_MIS);
     CHECK(target_value(target_surface(s.packed), proxy, 32) > 0);
   }
 }
@@ -169,8 +169,8 @@ TEST_CASE("the target is linear in a light's emission") {
     for (int i = 0; i < 20; ++i) {
       const vec3 P = receiver(c, i, random);
       const TargetSurface s = target_surface(random_surface(random, P, i).packed);
-      const float once = target_value(s, light_proxy(c.light, kChoice, 0, 0), 16);
-      CHECK(target_value(s, light_proxy(twice, kChoice, 0, 0), 16) == 2 * once);
+      const float once = target_value(s, light_proxy(c.light, AliasEntry{1.0f, 0, kChoice}, 0, 0), 16);
+      CHECK(target_value(s, light_proxy(twice, AliasEntry{1.0f, 0, kChoice}, 0, 0), 16) == 2 * once);
     }
   }
 }
@@ -179,7 +179,7 @@ TEST_CASE("a light that is never chosen has no target") {
   Random random(5);
   for (const LightCase& c : light_cases(6)) {
     const TargetSurface s = target_surface(random_surface(random, receiver(c, 0, random), 0).packed);
-    CHECK(target_value(s, light_proxy(c.light, 0, 0, 0), 16) == 0);
+    CHECK(target_value(s, light_proxy(c.light, AliasEntry{1.0f, 0, 0}, 0, 0), 16) == 0);
   }
 }
 
@@ -188,7 +188,7 @@ TEST_CASE("proxies bound their lights") {
   for (std::uint32_t round = 0; round < 10; ++round) {
     for (const LightCase& c : light_cases(round)) {
       CAPTURE(c.name);
-      const LightProxy proxy = light_proxy(c.light, kChoice, 0, 0);
+      const LightProxy proxy = light_proxy(c.light, AliasEntry{1.0f, 0, kChoice}, 0, 0);
       CHECK(proxy.inverse_choice == doctest::Approx(1 / kChoice));
       const bool sun = c.light.type == HW_LIGHT_SUN;
       for (int i = 0; i < 60; ++i) {
@@ -222,7 +222,7 @@ TEST_CASE("the target is about what arrives") {
       if (c.name.find("spread") != std::string::npos) continue;
       LightRecord light = c.light;
       light.flags &= ~HW_LIGHT_USE_MIS;  // without its weight, which takes away what BSDF rays find
-      const LightProxy proxy = light_proxy(light, kChoice, 0, 0);
+      const LightProxy proxy = light_proxy(light, AliasEntry{1.0f, 0, kChoice}, 0, 0);
       for (int i = 0; i < 12; ++i) {
         const vec3 P = receiver(c, i % 2 ? 3 : 0, random);
         Surface s = random_surface(random, P, 1 + 3 * i);
