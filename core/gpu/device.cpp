@@ -76,6 +76,7 @@ VkDevice make_device(const PhysicalDevice& physical) {
   f12.bufferDeviceAddress = VK_TRUE;
   f12.scalarBlockLayout = VK_TRUE;
   f12.storageBuffer8BitAccess = VK_TRUE;
+  f12.shaderBufferInt64Atomics = physical.info.int64_atomics;
   VkPhysicalDeviceVulkan11Features f11{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, &f12};
   f11.storageBuffer16BitAccess = VK_TRUE;
   VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &f11};

@@ -29,6 +29,7 @@ struct DeviceInfo {
   std::string why_not;  // when not usable: what is missing, in a sentence
   bool ray_query = false;
   bool ray_pipeline = false;
+  bool int64_atomics = false;  // on 64-bit numbers in buffers: what world-space reservoirs are fed by
 };
 
 // Errors a user can act on. DeviceLost and OutOfMemory end the render; the session can be built again.

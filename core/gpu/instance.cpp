@@ -169,6 +169,7 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
   info.usable = missing.empty();
   if (!info.usable) info.why_not = "its driver lacks " + missing + ".";
   info.ray_query = structure.accelerationStructure && query.rayQuery;
+  info.int64_atomics = f12.shaderBufferInt64Atomics;
   info.ray_pipeline = structure.accelerationStructure && pipeline.rayTracingPipeline;
   return result;
 }

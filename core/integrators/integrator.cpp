@@ -28,6 +28,9 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
     context.reservoirs.clear();
     return std::make_unique<PathIntegrator>(context);
   }
+  if (name.starts_with("wssr") && !context.device.info().int64_atomics)
+    throw DeviceError("the integrator '" + name + "' needs atomics on 64-bit numbers, which the driver of " +
+                      context.device.info().name + " lacks; 'restir' and 'path' do without");
   if (name == "wssr-kd") return std::make_unique<WssrIntegrator>(context, CellStructure::kTree);
   if (name == "wssr-grid") return std::make_unique<WssrIntegrator>(context, CellStructure::kGrid);
   if (name == "wssr-grid-reproject") return std::make_unique<WssrIntegrator>(context, CellStructure::kGridReproject);
