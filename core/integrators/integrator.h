@@ -37,6 +37,7 @@ struct IntegratorContext {
   std::uint32_t light_count;    // in the light table
   float light_power;            // estimate of all they send out [W]
   LightChanges light_changes;   // since the last render of the session
+  float scene_radius;           // of a sphere about everything [m]
   vec3 camera_position;         // world space
   std::uint32_t width, height;  // of the region that is rendered, pixels
   int threads;                  // of the host, 0: all

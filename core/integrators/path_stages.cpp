@@ -25,6 +25,13 @@ constexpr std::uint32_t kProcedural = (HW_VM_NOISE | HW_VM_VORONOI | HW_VM_PATTE
 
 }  // namespace
 
+bool keeps_history(const IntegratorContext& context, const std::string& kind) {
+  // A lamp that goes further at once shines on places that could hardly have chosen it where it was.
+  const float jump = 0.02f * context.scene_radius;
+  return context.settings.continue_history && context.reservoirs.kind == kind && !context.light_changes.brightened &&
+         context.light_changes.moved <= jump;
+}
+
 void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b) {
   const std::uint64_t most = std::uint64_t(device.max_groups()) * HW_GROUP_SIZE;
   for (std::uint64_t first = 0; first < count; first += most) {

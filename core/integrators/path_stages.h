@@ -11,6 +11,11 @@ namespace hw {
 // What queue_prepare.comp does with a queue's count.
 enum class RayKind : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kTransparentShadow = 3, kNone = 4 };
 
+// Whether the reservoirs of the session's last render may go on in this one: it was asked for, they are of this `kind`,
+// and no light came on or jumped since. Under 1/M weights samples that could not have found a light make it dark, and
+// merging hands their number on from pixel to pixel: they fade over dozens of passes, so that they are dropped.
+bool keeps_history(const IntegratorContext& context, const std::string& kind);
+
 // One thread for each of `count` elements, in as many dispatches as the device needs: a is the count, c each dispatch's
 // first element.
 void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b = 0);

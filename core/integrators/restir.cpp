@@ -30,11 +30,13 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
 
 void RestirIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
-  if (!context_.settings.continue_history || store.kind != context_.settings.integrator || !store.screen ||
-      !store.screen->fits(context_.width, context_.height)) {
+  const auto& region = context_.settings.region;
+  const std::string kind =
+      context_.settings.integrator + " " + std::to_string(region[0]) + " " + std::to_string(region[1]);
+  if (!keeps_history(context_, kind) || !store.screen || !store.screen->fits(context_.width, context_.height)) {
     store.clear();
     store.screen = std::make_unique<ScreenReservoirs>(context_.device, context_.width, context_.height);
-    store.kind = context_.settings.integrator;
+    store.kind = kind;
     store.passes = context_.settings.first_sample;
   }
   ReuseFrame& frame = context_.wave.params().reuse;

@@ -54,26 +54,27 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   frame.grid = world_grid(context_.camera_position, params_.grid_extent, params_.grid_resolution,
                           params_.reservoirs_per_cell, params_.grid_rides);
   const std::string kind = layout(context_.settings, params_);
-  const bool keeps =
-      context_.settings.continue_history && store.kind == kind && store.cells && store.cells->has_history;
-  if (!keeps) {
+  // The tree is static: it outlives its samples.
+  const bool keeps_cells = context_.settings.continue_history && store.kind == kind && store.cells;
+  const bool keeps = keeps_cells && keeps_history(context_, kind) && store.cells->has_history;
+  if (!keeps_cells) {
     store.clear();
     store.kind = kind;
-    store.passes = context_.settings.first_sample;
   }
+  if (!keeps) store.passes = context_.settings.first_sample;
   frame.pass = store.passes;
   context_.wave.write_params(context_.device);
   make_light_proxies(commands, context_);
   first_ = -1;
   preparations_ = keeps ? 0 : 1;
-  if (!keeps && tree(structure_)) {
+  if (!keeps_cells && tree(structure_)) {
     preparations_ = 2;
     first_ = 0;
     points_.clear();
     points_.reserve(std::size_t(context_.width) * context_.height);
     return;
   }
-  if (!keeps)
+  if (!keeps_cells)
     store.cells = CellReservoirs::of_grid(context_.device, params_.grid_resolution, params_.reservoirs_per_cell);
   start_cells(commands, !keeps);
 }

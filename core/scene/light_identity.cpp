@@ -76,6 +76,9 @@ class Comparison {
     if (std::memcmp(&a, &b, sizeof(LightRecord)) == 0) return;
     changes_.changed = true;
     if (!(now.flux > 0)) return;
+    const bool placed = b.type != HW_LIGHT_SUN;  // a sun has no place
+    changes_.moved = std::max(
+        {changes_.moved, placed ? glm::distance(a.position, b.position) : 0.0f, glm::distance(a.axis_z, b.axis_z)});
     changes_.brightened |= grew(now.flux, before.flux) || grew(b.emission, a.emission) || opened(b.flags, a.flags) ||
                            a.spread_or_spot != b.spread_or_spot || a.spot_smooth != b.spot_smooth;
   }

@@ -25,6 +25,9 @@ struct LightChanges {
   // counts as brighter when the program, its images or the object's own data (its colour, say) were set again. A light
   // that moves, and a mesh that deforms to no larger area, are not brighter.
   bool brightened = false;
+  // The furthest any lamp that emits went [m]; a turn counts as the way of a point a metre from it. Emissive meshes are
+  // not looked at.
+  float moved = 0;
   // Any light is not as it was: came or went, moved, other emission. May be set with nothing changed when data were set
   // again to what they had been. Implied by `brightened`.
   bool changed = false;

@@ -85,6 +85,8 @@ class Tables {
   const Buffer& root_buffer();
   const Root& root() const { return root_; }
   const TableTotals& totals() const { return totals_; }
+  // Of a sphere about everything [m].
+  float radius() const { return lights_->input_radius; }
   // Estimate of the flux of all lights together [W]: twice the emission gives twice of it.
   float light_power() const { return lights_->table.total_weight; }
   // HW_FEATURE_* that the world's program needs; 0 for a constant world.

@@ -118,11 +118,11 @@ void RenderLoop::render() {
   wave.reset_counters(device);
 
   on_stage("loading kernels");
-  auto integrator =
-      make_integrator({device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
-                       (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_,
-                       reservoirs_, tables_.root().light_count, tables_.light_power(), tables_.take_light_changes(),
-                       camera_position(tables_.root().camera), film_.width(), film_.height(), context_.threads});
+  auto integrator = make_integrator(
+      {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
+       (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_, reservoirs_,
+       tables_.root().light_count, tables_.light_power(), tables_.take_light_changes(), tables_.radius(),
+       camera_position(tables_.root().camera), film_.width(), film_.height(), context_.threads});
   accumulate_ = &context_.kernels->get("accumulate", constants);
   integrator->begin_frame(commands);
 

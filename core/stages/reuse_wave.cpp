@@ -12,10 +12,6 @@ namespace {
 // many samples, so that rays found by the BSDF should be left to what only they find.
 constexpr float kCellMisScale = 16;
 
-// What the past counts for when some light came on or grew: under 1/M weights samples that could not have found it make
-// it dark in proportion to their number.
-constexpr float kShareWhereLightsCameOn = 0.02f;
-
 }  // namespace
 
 ReuseWave::ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t lights, bool cells) : capacity_(capacity) {
@@ -43,7 +39,6 @@ void ReuseWave::fill(ReuseFrame& frame) const {
 }
 
 void ReuseWave::follow_lights(Device& device, ReuseFrame& frame, const LightChanges& changes) {
-  frame.history_share = changes.brightened ? kShareWhereLightsCameOn : 1;
   light_remap = changes.remap.empty() ? nullptr : device.upload(std::as_bytes(std::span(changes.remap)), "light remap");
   frame.light_remap = light_remap ? light_remap->address() : 0;
   frame.light_remap_count = std::uint32_t(changes.remap.size());
@@ -56,7 +51,6 @@ void apply_reuse(ReuseFrame& f, const ReuseParams& p, std::uint32_t width, std::
   f.radius = p.reuse_radius * float(std::min(width, height));
   f.confidence_cap = float(p.history) * float(p.candidates);
   f.history_passes = float(p.history);
-  f.history_share = 1;
   f.light_mis_scale = std::max(float(p.candidates), kCellMisScale);
   f.ascension = p.ascension;
   f.grid_radius = p.grid_radius;

@@ -80,15 +80,14 @@ float reuse_target_of(TargetSurface s, uint light) {
   return target_value(s, proxy_load(light), HW_REUSE.light_mis_scale);
 }
 
-// A reservoir of the last frame in this one: its light by this frame's index, its past counted as the frame says. The
-// sample of a light that is gone is dropped; its confidence stays, as it stands for all that were looked at.
+// A reservoir of the last frame in this one: its light by this frame's index. The sample of a light that is gone is
+// dropped; its confidence stays, as it stands for all that were looked at.
 Reservoir reservoir_next_frame(Reservoir r) {
   if (r.light != HW_NONE && HW_REUSE.light_remap != 0ul) {
     uint now = r.light < HW_REUSE.light_remap_count ? UintArray(HW_REUSE.light_remap).at[r.light] : HW_NONE;
     r.light = now;
     if (now == HW_NONE) r = reservoir_empty(r.confidence);
   }
-  r.confidence *= HW_REUSE.history_share;
   return r;
 }
 #endif

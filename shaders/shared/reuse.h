@@ -80,7 +80,6 @@ struct ReuseFrame {
   float radius;           // of spatial neighbours [pixels]
   float confidence_cap;   // most confidence a reservoir of the last pass may bring; 0: no cap
   float history_passes;   // cells: most passes' worth of inputs they remember; 0: all
-  float history_share;    // new frame: share of the confidence that old samples keep (lights came on)
   float light_mis_scale;  // light samples that MIS counts next-event estimation as; 1 for `path`
   uint ascension;         // levels of the tree
   uint grid_radius;       // cells
@@ -89,7 +88,7 @@ struct ReuseFrame {
   uint pass;              // counts passes of the render, for random numbers of cells
   int fixed_exponent;     // scale of fixed-point sums (lib/reservoir_race.h)
   WorldGrid grid;         // wssr-grid: cells are its cells
-  uint pad[2];
+  uint pad[3];
 };
 HW_CHECK_SIZE(ReuseFrame, 240)
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;

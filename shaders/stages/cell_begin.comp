@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Before a frame: cells that the grid's window has moved over are emptied, the samples of the others follow their lights,
-// and where lights came on the past counts for less. One thread a reservoir. a: how many, c: the first, b: 1: nothing is kept.
+// Before a frame: cells that the grid's window has moved over are emptied, the samples of the others follow their
+// lights. One thread a reservoir. a: how many, c: the first, b: 1: nothing is kept.
 // variant cell_begin_tree: HW_CELLS_TREE
 #version 460
 #extension GL_GOOGLE_include_directive : require

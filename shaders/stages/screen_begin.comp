@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Before a frame: the samples of the picture's reservoirs follow their lights, and where lights came on the past counts
-// for less. One thread a pixel. a: how many, c: the first.
+// Before a frame: the samples of the picture's reservoirs follow their lights. One thread a pixel. a: how many,
+// c: the first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/reuse.glsl"
