@@ -10,21 +10,10 @@
 
 namespace hw {
 
-PathIntegrator::PathIntegrator(const IntegratorContext& context)
-    : cancelled_(context.cancelled), stages_(context, false) {}
+PathIntegrator::PathIntegrator(const IntegratorContext& context) : stages_(context, false) {}
 
 bool PathIntegrator::render(Commands& commands) {
-  stages_.camera(commands);
-  for (int step = 0;; ++step) {
-    if (cancelled_) return false;
-    stages_.sort_hits(commands);
-    for (std::size_t c = 0; c < stages_.classes(); ++c) {
-      stages_.surface(commands, c);
-      stages_.shade(commands, c);
-    }
-    if (!stages_.light(commands)) return false;
-    if (!stages_.advance(commands, step)) return true;
-  }
+  return stages_.render(commands, [](std::size_t) {});
 }
 
 }  // namespace hw

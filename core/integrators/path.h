@@ -13,7 +13,6 @@ class PathIntegrator final : public Integrator {
   bool render(Commands& commands) override;
 
  private:
-  const std::atomic<bool>& cancelled_;
   PathStages stages_;
 };
 

@@ -151,6 +151,33 @@ bool PathStages::advance(Commands& commands, int step) {
   return !(ask && count(commands, *w.active) == 0);
 }
 
+bool PathStages::render(Commands& commands, const std::function<void(std::size_t)>& resample) {
+  camera(commands);
+  for (int step = 0;; ++step) {
+    if (context_.cancelled) return false;
+    sort_hits(commands);
+    for (std::size_t c = 0; c < classes(); ++c) {
+      surface(commands, c);
+      resample(c);
+      shade(commands, c);
+    }
+    if (!light(commands)) return false;
+    if (!advance(commands, step)) return true;
+  }
+}
+
+bool PathStages::first_surfaces(Commands& commands, const std::function<void(std::size_t)>& resample) {
+  if (context_.cancelled) return false;
+  camera(commands);
+  sort_hits(commands);
+  for (std::size_t c = 0; c < classes(); ++c) {
+    surface(commands, c);
+    resample(c);
+  }
+  commands.flush();
+  return true;
+}
+
 // Follows shadow rays that no opaque surface stops through transparent ones, one surface a round.
 bool PathStages::trace_transparent_shadows(Commands& commands) {
   Wave& w = context_.wave;

@@ -4,6 +4,8 @@
 // An integrator calls them in its own order and puts its own stages between surface() and shade().
 #pragma once
 
+#include <functional>
+
 #include "integrators/integrator.h"
 
 namespace hw {
@@ -42,6 +44,12 @@ class PathStages {
   bool light(Commands& commands);
   // Makes the next rays the current ones. False: no path is left (`step` counts calls of a wave from 0).
   bool advance(Commands& commands, int step);
+
+  // The whole of a wave's paths, with `resample` run for each shading class between its surfaces and their shading.
+  // False: cancelled.
+  bool render(Commands& commands, const std::function<void(std::size_t)>& resample);
+  // As far as the first surfaces and their `resample`: what prepares reservoirs. False: cancelled.
+  bool first_surfaces(Commands& commands, const std::function<void(std::size_t)>& resample);
 
   // Turns a queue's count into dispatch arguments and a ray counter, and empties the queues that are filled next.
   void prepare(Commands& commands, Queue* queue, RayKind kind, Queue* clear, Queue* clear2 = nullptr);

@@ -5,8 +5,6 @@
 // render without history is preceded by one that fills the reservoirs, so that it has neighbours too.
 #include "integrators/restir.h"
 
-#include <utility>
-
 namespace hw {
 
 namespace {
@@ -90,30 +88,11 @@ void RestirIntegrator::resample(Commands& commands, std::size_t c) {
 }
 
 bool RestirIntegrator::prepare(Commands& commands, int) {
-  if (context_.cancelled) return false;
-  stages_.camera(commands);
-  stages_.sort_hits(commands);
-  for (std::size_t c = 0; c < stages_.classes(); ++c) {
-    stages_.surface(commands, c);
-    resample(commands, c);
-  }
-  commands.flush();
-  return true;
+  return stages_.first_surfaces(commands, [&](std::size_t c) { resample(commands, c); });
 }
 
 bool RestirIntegrator::render(Commands& commands) {
-  stages_.camera(commands);
-  for (int step = 0;; ++step) {
-    if (context_.cancelled) return false;
-    stages_.sort_hits(commands);
-    for (std::size_t c = 0; c < stages_.classes(); ++c) {
-      stages_.surface(commands, c);
-      resample(commands, c);
-      stages_.shade(commands, c);
-    }
-    if (!stages_.light(commands)) return false;
-    if (!stages_.advance(commands, step)) return true;
-  }
+  return stages_.render(commands, [&](std::size_t c) { resample(commands, c); });
 }
 
 }  // namespace hw

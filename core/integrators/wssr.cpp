@@ -6,8 +6,6 @@
 // that gathers the first surfaces it is built over (camera → trace), then one that fills the cells.
 #include "integrators/wssr.h"
 
-#include <cmath>
-
 #include "lib/reservoir_race.h"
 #include "lib/world_grid.h"
 
@@ -65,11 +63,9 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   frame.pass = store.passes;
   context_.wave.write_params(context_.device);
   make_light_proxies(commands, context_);
-  first_ = -1;
-  preparations_ = keeps ? 0 : 1;
-  if (!keeps_cells && tree(structure_)) {
-    preparations_ = 2;
-    first_ = 0;
+  wants_tree_ = !keeps_cells && tree(structure_);
+  preparations_ = (wants_tree_ ? 1 : 0) + (keeps ? 0 : 1);
+  if (wants_tree_) {
     points_.clear();
     points_.reserve(std::size_t(context_.width) * context_.height);
     return;
@@ -101,18 +97,10 @@ void WssrIntegrator::take_points(Commands& commands) {
 }
 
 bool WssrIntegrator::prepare(Commands& commands, int preparation) {
+  if (!builds_tree(preparation)) return stages_.first_surfaces(commands, [&](std::size_t c) { sample(commands, c); });
   if (context_.cancelled) return false;
   stages_.camera(commands);
-  if (builds_tree(preparation)) {
-    take_points(commands);
-    return true;
-  }
-  stages_.sort_hits(commands);
-  for (std::size_t c = 0; c < stages_.classes(); ++c) {
-    stages_.surface(commands, c);
-    sample(commands, c);
-  }
-  commands.flush();
+  take_points(commands);
   return true;
 }
 
@@ -145,20 +133,11 @@ void WssrIntegrator::sample(Commands& commands, std::size_t c) {
 }
 
 bool WssrIntegrator::render(Commands& commands) {
-  stages_.camera(commands);
-  for (int step = 0;; ++step) {
-    if (context_.cancelled) return false;
-    stages_.sort_hits(commands);
-    for (std::size_t c = 0; c < stages_.classes(); ++c) {
-      stages_.surface(commands, c);
-      sample(commands, c);
-      commands.begin_stage("reuse");
-      stages_.dispatch(commands, reuse_, stages_.surfaces(c));
-      stages_.shade(commands, c);
-    }
-    if (!stages_.light(commands)) return false;
-    if (!stages_.advance(commands, step)) return true;
-  }
+  return stages_.render(commands, [&](std::size_t c) {
+    sample(commands, c);
+    commands.begin_stage("reuse");
+    stages_.dispatch(commands, reuse_, stages_.surfaces(c));
+  });
 }
 
 }  // namespace hw

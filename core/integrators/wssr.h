@@ -21,7 +21,7 @@ class WssrIntegrator final : public Integrator {
   void end_pass(Commands& commands, int preparation) override;
 
  private:
-  bool builds_tree(int preparation) const { return structure_ == CellStructure::kTree && preparation == first_; }
+  bool builds_tree(int preparation) const { return wants_tree_ && preparation == 0; }
   void start_cells(Commands& commands, bool empty);
   void take_points(Commands& commands);
   // Canonical samples of a class's surfaces, offered to their cells.
@@ -38,7 +38,8 @@ class WssrIntegrator final : public Integrator {
   const Kernel& reuse_;
   const Kernel& begin_;
   const Kernel& update_;
-  int preparations_ = 0, first_ = -1;
+  int preparations_ = 0;
+  bool wants_tree_ = false;   // the first preparation gathers its points
   std::vector<vec3> points_;  // first surfaces, for the tree
 };
 

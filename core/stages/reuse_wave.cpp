@@ -14,7 +14,7 @@ constexpr float kCellMisScale = 16;
 
 }  // namespace
 
-ReuseWave::ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t lights, bool cells) : capacity_(capacity) {
+ReuseWave::ReuseWave(Device& device, std::uint32_t capacity, std::uint32_t lights, bool cells) {
   auto make = [&](std::size_t element, const char* label) {
     return std::make_unique<Buffer>(device, element * capacity, BufferUse::device, label);
   };

@@ -25,9 +25,6 @@ class ReuseWave {
 
   std::unique_ptr<Buffer> reservoirs, targets, race_keys, path_cells, proxies, light_remap;
   std::unique_ptr<Queue> visible;  // candidates whose visibility is asked for
-
- private:
-  std::uint32_t capacity_;
 };
 
 // Fills the parts of ReuseFrame that settings decide. width, height: of the full picture, pixels.
