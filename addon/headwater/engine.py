@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The render engine as Blender sees it: final frames and animations. The work is in final.py.
+"""The render engine as Blender sees it. Final frames and animations are made by final.py, viewports by viewport/.
 
 `last_error` is the text of the last render's error, "" when it went well: for headless callers, since Blender's render
 operator tells only some failures.
@@ -9,7 +9,7 @@ import itertools
 
 import bpy
 
-from . import final, passes
+from . import final, passes, viewport
 
 _tokens = itertools.count(1)
 
@@ -17,7 +17,7 @@ _tokens = itertools.count(1)
 class HeadwaterRenderEngine(bpy.types.RenderEngine):
     bl_idname = "HEADWATER"
     bl_label = "Headwater"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_postprocess = True
     bl_use_eevee_viewport = True  # material preview shading is EEVEE's
     bl_use_shading_nodes_custom = False
@@ -29,6 +29,12 @@ class HeadwaterRenderEngine(bpy.types.RenderEngine):
         super().__init__(*args, **kwargs)
         self.token = next(_tokens)  # tells this engine's dependency graph from another's
         self.job = None
+        self.view = None  # of a viewport's engine: viewport.view.View
+
+    def __del__(self):
+        view = getattr(self, "view", None)
+        if view is not None:
+            view.close()
 
     def update(self, data, depsgraph):
         """Export: the only place where Blender's data may be read safely (it holds the draw lock)."""
@@ -38,6 +44,12 @@ class HeadwaterRenderEngine(bpy.types.RenderEngine):
         if self.job is not None:
             final.render(self, self.job, depsgraph)
             self.job = None
+
+    def view_update(self, context, depsgraph):
+        viewport.update(self, context, depsgraph)
+
+    def view_draw(self, context, depsgraph):
+        viewport.draw(self, context, depsgraph)
 
     def update_render_passes(self, scene=None, renderlayer=None):
         passes.register(self, scene, renderlayer)

@@ -19,9 +19,11 @@ import numpy as np
 from . import kept, motion, native, options, passes, preferences, render_settings
 from .sync.problems import Cancelled, SyncError
 from .sync.state import SENT
+from .turns import turns
 
 PICTURE_EVERY = 0.7  # seconds between intermediate pictures
 WAIT_MS = 50
+PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0  # of material, world and light previews: whichever ends first
 
 last_error = ""
 
@@ -46,6 +48,9 @@ class Job:
 def fail(engine, text: str) -> None:
     """Tells the artist, ends an animation, and remembers for headless callers."""
     global last_error
+    if engine.is_preview:
+        print(text)
+        return
     last_error = text
     engine.report({"ERROR"}, text)
     engine.error_set(text)
@@ -87,7 +92,9 @@ def _guarded(work):
     return step
 
 
-def _key(depsgraph) -> tuple:
+def _key(engine, depsgraph) -> tuple:
+    if engine.is_preview:  # a sphere of the material tab and the like: has nothing to do with what is kept of scenes
+        return ("preview", engine.token)
     return (depsgraph.scene.original.session_uid, depsgraph.view_layer.name)
 
 
@@ -95,7 +102,13 @@ def _key(depsgraph) -> tuple:
 def export(engine, depsgraph) -> Job:
     """Syncs a view layer to the core's scene. Called by RenderEngine.update."""
     global last_error
-    last_error = ""
+    if not engine.is_preview:
+        last_error = ""
+    with turns.take(final=True, keep_waiting=lambda: not engine.test_break()) as ours:
+        return _export(engine, depsgraph) if ours else None
+
+
+def _export(engine, depsgraph) -> Job:
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     given = options.current()
     frame = render_settings.frame_of(scene.render)
@@ -104,7 +117,7 @@ def export(engine, depsgraph) -> Job:
     engine.update_stats("", "Loading the core")
     context = native.context(*render_settings.device_choice(scene, preferences.chosen_device(), given))
     context.set_memory_limit((given.memory_limit or 0) << 20 or preferences.memory_limit())
-    key = _key(depsgraph)
+    key = _key(engine, depsgraph)
     persistent, again = scene.render.use_persistent_data, engine.is_animation
     if not (again or persistent):
         kept.drop(key)
@@ -135,6 +148,8 @@ def export(engine, depsgraph) -> Job:
     # same; the eyes of a stereo render share a session, not a past.
     in_order = (again or persistent) and not scene.render.use_multiview
     settings["continue_history"] = in_order and state.continues(scene)
+    if engine.is_preview:
+        settings.update(integrator="path", samples=PREVIEW_SAMPLES, time_limit=PREVIEW_SECONDS)
     state.reservoirs_of = None
     return Job(key, state, frame, settings, wanted, given, report)
 
@@ -144,18 +159,26 @@ def render(engine, job: Job, depsgraph) -> None:
     """Renders every view of the view layer. Called by RenderEngine.render, without Blender's draw lock."""
     job.kept.busy = True
     try:
-        render_of = depsgraph.scene_eval.render
-        views = [view.name for view in render_of.views if view.use] if render_of.use_multiview else [""]
-        for view in views:
-            if not _render_view(engine, job, depsgraph, view):
-                break
-        else:
-            job.kept.reservoirs_of = depsgraph.scene.frame_current
+        with turns.take(final=True, keep_waiting=lambda: not engine.test_break()) as ours:
+            if ours:
+                _render_views(engine, job, depsgraph)
     except BaseException:
         kept.drop(job.key)  # what the session holds is not to be trusted after an error
         raise
     finally:
         job.kept.busy = False
+        if engine.is_preview:
+            kept.drop(job.key)
+
+
+def _render_views(engine, job: Job, depsgraph) -> None:
+    render_of = depsgraph.scene_eval.render
+    views = [view.name for view in render_of.views if view.use] if render_of.use_multiview else [""]
+    for view in views:
+        if not _render_view(engine, job, depsgraph, view):
+            break
+    else:
+        job.kept.reservoirs_of = depsgraph.scene.frame_current
 
 
 def _set_camera(engine, job: Job, depsgraph, view: str) -> None:

@@ -57,6 +57,10 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
         default="",
     )
     samples: IntProperty(name="Samples", description="Samples a pixel", min=1, soft_max=4096, default=128)
+    preview_samples: IntProperty(
+        name="Viewport Samples", description="Samples a pixel in the viewport; 0: no end", min=0, default=1024
+    )
+    preview_pause: BoolProperty(name="Pause", description="Pause rendering in viewports", default=False)
     time_limit: FloatProperty(
         name="Time Limit", description="Stop after this time; 0: none", min=0.0, default=0.0, unit="TIME_ABSOLUTE"
     )

@@ -43,7 +43,8 @@ void RestirIntegrator::begin_frame(Commands& commands) {
   buffers_.follow_lights(context_.device, frame, context_.light_changes);
   if (reproject_) frame.flags |= HW_REUSE_REPROJECT;
   frame.pass = store.passes;
-  if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY | HW_REUSE_NEW_FRAME;
+  if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY;
+  if (store.screen->has_history && !context_.settings.resume) frame.flags |= HW_REUSE_NEW_FRAME;
   store.screen->fill(frame);
   context_.wave.write_params(context_.device);
   make_light_proxies(commands, context_);

@@ -178,7 +178,7 @@ void bind_context(nb::module_& m) {
           "device", [](const Context& c) { return device_dict(c.device->info()); },
           "The device in use: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.")
       .def_prop_ro(
-          "tracer", [](const Context& c) { return std::string(c.tracer->name()); }, "\"embree\" or \"ray_query\".")
+          "tracer", [](const Context& c) { return c.tracer_name(); }, "\"embree\" or \"ray_query\".")
       .def_prop_ro(
           "validation_messages", [](const Context& c) { return c.device->validation_messages(); },
           "Messages of the validation layers so far; they are printed to stderr.")

@@ -122,7 +122,8 @@ const std::map<std::string, Setter>& setters() {
     HW_SETTING(caustics_refractive), HW_SETTING(filter), HW_SETTING(filter_width), HW_SETTING(transparent_film);
     HW_SETTING(transparent_glass), HW_SETTING(exposure), HW_SETTING(mist_start), HW_SETTING(mist_depth),
         HW_SETTING(mist_falloff);
-    HW_SETTING(pass_alpha_threshold), HW_SETTING(tile_pixels), HW_SETTING(passes), HW_SETTING(continue_history);
+    HW_SETTING(pass_alpha_threshold), HW_SETTING(tile_pixels), HW_SETTING(passes), HW_SETTING(continue_history),
+        HW_SETTING(resume);
 #undef HW_SETTING
 #define HW_REUSE(name) \
   t[#name] = [](RenderSettings& s, const std::string& key, nb::handle value) { take(key, value, s.reuse.name); }

@@ -52,14 +52,17 @@ std::uint32_t frame_flags(const Tables& tables) {
 
 }  // namespace
 
-RenderLoop::RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave,
-                       ReservoirStore& reservoirs, const RenderSettings& settings, const std::atomic<bool>& cancelled)
+RenderLoop::RenderLoop(Context& context, Tracer& tracer, Tables& tables, Film& film, std::unique_ptr<Wave>& wave,
+                       ReservoirStore& reservoirs, const RenderSettings& settings, const SampleCounts& begun,
+                       const std::atomic<bool>& cancelled)
     : context_(context),
+      tracer_(tracer),
       tables_(tables),
       film_(film),
       wave_(wave),
       reservoirs_(reservoirs),
       settings_(settings),
+      begun_(begun),
       cancelled_(cancelled) {}
 
 void RenderLoop::choose_wave() {
@@ -119,14 +122,14 @@ void RenderLoop::render() {
 
   on_stage("loading kernels");
   auto integrator = make_integrator(
-      {device, *context_.tracer, *context_.kernels, wave, constants, class_constants,
+      {device, tracer_, *context_.kernels, wave, constants, class_constants,
        (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_, reservoirs_,
        tables_.root().light_count, tables_.light_power(), tables_.take_light_changes(), tables_.radius(),
        camera_position(tables_.root().camera), film_.width(), film_.height(), context_.threads});
   accumulate_ = &context_.kernels->get("accumulate", constants);
   integrator->begin_frame(commands);
 
-  SampleCounts counts;
+  SampleCounts counts = begun_;
   for (int preparation = 0, all = integrator->preparations(); preparation < all; ++preparation) {
     on_stage("preparing reservoirs");
     if (!pass(commands, *integrator, 1, preparation, counts)) return;

@@ -20,9 +20,11 @@ class Integrator;
 
 class RenderLoop {
  public:
-  // `wave` is kept between renders and replaced when it does not fit; `reservoirs` are kept where settings ask for it.
-  RenderLoop(Context& context, Tables& tables, Film& film, std::unique_ptr<Wave>& wave, ReservoirStore& reservoirs,
-             const RenderSettings& settings, const std::atomic<bool>& cancelled);
+  // `begun`: what the film holds already. `wave` is kept between renders and replaced when it does not fit;
+  // `reservoirs` are kept where settings ask for it.
+  RenderLoop(Context& context, Tracer& tracer, Tables& tables, Film& film, std::unique_ptr<Wave>& wave,
+             ReservoirStore& reservoirs, const RenderSettings& settings, const SampleCounts& begun,
+             const std::atomic<bool>& cancelled);
   void run();  // throws DeviceError and what integrators throw
 
   std::function<void(const SampleCounts&, const RayCounters&)> on_samples = [](auto&, auto&) {};
@@ -37,11 +39,13 @@ class RenderLoop {
   bool pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation, SampleCounts& counts);
 
   Context& context_;
+  Tracer& tracer_;
   Tables& tables_;
   Film& film_;
   std::unique_ptr<Wave>& wave_;
   ReservoirStore& reservoirs_;
   const RenderSettings& settings_;
+  const SampleCounts begun_;
   const std::atomic<bool>& cancelled_;
   const Kernel* accumulate_ = nullptr;
 };

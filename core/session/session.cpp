@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -28,7 +29,8 @@ std::shared_ptr<Context> make_context(const std::string& device, const std::stri
   auto context = std::make_shared<Context>();
   context->threads = threads;
   context->device = std::make_unique<Device>(device, validation);
-  context->tracer = make_tracer(*context->device, tracer, threads);
+  context->idle_tracers_.push_back(make_tracer(*context->device, tracer, threads));
+  context->tracer_name_ = context->idle_tracers_.back()->name();
   context->kernels = std::make_unique<KernelCache>(*context->device);
   const std::vector<std::uint64_t> luts = albedo_lut_words();
   context->luts = context->device->upload(std::as_bytes(std::span(luts)), "albedo tables");
@@ -37,6 +39,23 @@ std::shared_ptr<Context> make_context(const std::string& device, const std::stri
 
 Context::Context() = default;
 Context::~Context() = default;
+
+std::unique_ptr<Tracer> Context::lend_tracer() {
+  {
+    std::lock_guard lock(mutex_);
+    if (!idle_tracers_.empty()) {
+      auto tracer = std::move(idle_tracers_.back());
+      idle_tracers_.pop_back();
+      return tracer;
+    }
+  }
+  return make_tracer(*device, tracer_name_, threads);
+}
+
+void Context::give_back(std::unique_ptr<Tracer> tracer) {
+  std::lock_guard lock(mutex_);
+  if (idle_tracers_.empty()) idle_tracers_.push_back(std::move(tracer));  // more than one at rest is waste
+}
 
 bool Context::begin(std::atomic<bool>* cancel) {
   std::lock_guard lock(mutex_);
@@ -88,6 +107,9 @@ void check(const RenderSettings& s) {
   if (!(s.time_limit >= 0)) bad("the time limit must not be negative");
 }
 
+std::uint32_t region_width(const RenderSettings& s) { return s.region[2] - s.region[0]; }
+std::uint32_t region_height(const RenderSettings& s) { return s.region[3] - s.region[1]; }
+
 constexpr const char* kBusy = "another session is rendering on this device: wait until it has finished";
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
@@ -99,7 +121,8 @@ double seconds_since(std::chrono::steady_clock::time_point t) {
 struct Session::Impl {
   std::shared_ptr<Context> context;
   std::shared_ptr<Scene> scene;
-  Tables tables;
+  std::unique_ptr<Tracer> tracer;
+  std::optional<Tables> tables;  // always there but while the session ends
 
   RenderSettings settings;
   std::unique_ptr<Film> film;
@@ -123,10 +146,21 @@ struct Session::Impl {
   std::chrono::steady_clock::time_point begun;
 
   Impl(std::shared_ptr<Context> c, std::shared_ptr<Scene> s)
-      : context(std::move(c)), scene(std::move(s)), tables(*context->device, *scene, *context->tracer) {}
+      : context(std::move(c)), scene(std::move(s)), tracer(context->lend_tracer()) {
+    tables.emplace(*context->device, *scene, *tracer);
+  }
+  ~Impl() {
+    tables.reset();  // takes its geometry out of the Tracer
+    context->give_back(std::move(tracer));
+  }
 
   void join() {
     if (thread.joinable()) thread.join();
+  }
+
+  bool film_fits(const FilmLayout& layout, const RenderSettings& s) const {
+    return film && film->width() == region_width(s) && film->height() == region_height(s) &&
+           film->layout().mask == layout.mask && film->layout().passes == layout.passes;
   }
 
   void run();
@@ -160,8 +194,8 @@ SyncReport Session::sync() {
   d.scene->commit();
   SyncReport report;
   report.commit_seconds = seconds_since(t0);
-  const TableCounts counts = d.tables.update();
-  const TableTotals& totals = d.tables.totals();
+  const TableCounts counts = d.tables->update();
+  const TableTotals& totals = d.tables->totals();
   report.upload_seconds = counts.upload_seconds;
   report.build_seconds = counts.build_seconds;
   report.lights_seconds = counts.lights_seconds;
@@ -189,15 +223,20 @@ void Session::start(const RenderSettings& asked) {
   RenderSettings s = asked;
   if (s.region == std::array<std::uint32_t, 4>{0, 0, 0, 0}) s.region = {0, 0, s.width, s.height};
   check(s);
-  const CameraRecord& camera = d.tables.root().camera;
+  const CameraRecord& camera = d.tables->root().camera;
   if (!(camera.right > camera.left && camera.top > camera.bottom))
     throw std::invalid_argument("the scene has no camera: set one and sync before rendering");
-  if (!d.tables.current())
+  if (!d.tables->current())
     throw std::logic_error(
-        "the device does not hold this scene: sync it again (its last sync failed, or another session used "
-        "the device since)");
+        "the device does not hold this scene: sync it again (it was never synced, or its last sync failed)");
   const FilmLayout layout = film_layout(s.passes);
   resolve_reuse(s);  // refuses what the integrator does not have
+  if (s.resume) {
+    std::lock_guard lock(d.mutex);
+    if (d.counts.samples == 0 || d.counts.extra != 0 || !d.film_fits(layout, s))
+      throw std::logic_error("there is no picture of this size and these passes to go on with");
+    if (s.samples <= d.counts.samples) throw std::logic_error("the picture to go on with has its samples already");
+  }
   d.cancelled = false;
   if (!d.context->begin(&d.cancelled)) throw std::logic_error(kBusy);
   d.context->device->reset_stage_times();
@@ -211,21 +250,21 @@ void Session::start(const RenderSettings& asked) {
     d.progress.stage = "starting";
     d.error = nullptr;
     d.running = true;
-    d.counts = d.sums_counts = {};
-    d.sums.clear();
+    if (!s.resume) {
+      d.counts = d.sums_counts = {};
+      d.sums.clear();
+    }
     d.begun = std::chrono::steady_clock::now();
   }
   try {
-    const std::uint32_t width = s.region[2] - s.region[0], height = s.region[3] - s.region[1];
-    if (!d.film || d.film->width() != width || d.film->height() != height || d.film->layout().mask != layout.mask ||
-        d.film->layout().passes != layout.passes) {
+    if (!d.film_fits(layout, s)) {
       const auto put = [&d](std::unique_ptr<Film> film) {
         std::lock_guard lock(d.mutex);
         d.film = std::move(film);
       };
       put(nullptr);  // its memory may be needed for the new one
-      put(std::make_unique<Film>(*d.context->device, layout, width, height));
-    } else
+      put(std::make_unique<Film>(*d.context->device, layout, region_width(s), region_height(s)));
+    } else if (!s.resume)
       d.film->clear();
     d.thread = std::thread([&d] { d.run(); });
   } catch (...) {
@@ -238,9 +277,9 @@ void Session::start(const RenderSettings& asked) {
 }
 
 void Session::Impl::run() {
-  tables.trim_heap();
+  tables->trim_heap();
   try {
-    RenderLoop loop(*context, tables, *film, wave, reservoirs, settings, cancelled);
+    RenderLoop loop(*context, *tracer, *tables, *film, wave, reservoirs, settings, counts, cancelled);
     loop.on_samples = [this](const SampleCounts& now, const RayCounters& rays) {
       const double seconds = seconds_since(begun);
       std::lock_guard lock(mutex);
@@ -350,7 +389,7 @@ std::string Session::stats_json() const {
   Impl& d = *impl_;
   const Progress now = progress();
   std::lock_guard lock(d.mutex);
-  return render_stats_json(*d.context, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes());
+  return render_stats_json(*d.context, *d.tracer, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes());
 }
 
 }  // namespace hw

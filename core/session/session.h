@@ -21,15 +21,20 @@ namespace hw {
 
 class KernelCache;
 
-// A device and the Tracer that serves it. Expensive to make; one serves many sessions, one after another.
+// A device, and what its sessions share. Expensive to make; one serves many sessions, which render one after another.
+// Each session has a Tracer of its own, so that its scene stays built while others render.
 struct Context {
   Context();
   ~Context();
   std::unique_ptr<Device> device;
-  std::unique_ptr<Tracer> tracer;
   std::unique_ptr<KernelCache> kernels;
   std::unique_ptr<Buffer> luts;  // albedo tables (materials/luts.h)
   int threads = 0;
+
+  // A Tracer without geometry: one that another session has done with, or a new one. give_back() takes it again.
+  std::unique_ptr<Tracer> lend_tracer();
+  void give_back(std::unique_ptr<Tracer> tracer);
+  const std::string& tracer_name() const { return tracer_name_; }  // "ray_query" or "embree"
 
   // One session at a time renders or syncs. begin(): false when another does; `cancel` is the flag that ends it early,
   // null where nothing does. end() follows every begin() that was true.
@@ -39,6 +44,9 @@ struct Context {
   void close();
 
  private:
+  friend std::shared_ptr<Context> make_context(const std::string&, const std::string&, int, bool);
+  std::string tracer_name_;
+  std::vector<std::unique_ptr<Tracer>> idle_tracers_;
   std::mutex mutex_;
   std::condition_variable ended_;
   bool busy_ = false;
@@ -70,8 +78,9 @@ class Session {
 
   // scene.commit(), upload, build. Not while this or another session of the context renders (std::logic_error).
   SyncReport sync();
-  // Throws std::invalid_argument naming a bad setting, std::logic_error when the context's Tracer does not hold this
-  // scene: it was not synced, its last sync failed, or another session of the context has synced since.
+  // Throws std::invalid_argument naming a bad setting, std::logic_error when the scene was not synced or its last sync
+  // failed, and when settings.resume asks to go on with a picture that is not there: another size or other passes, none
+  // begun, or one that ended within a sample.
   void start(const RenderSettings& settings);
   bool wait(int milliseconds);  // true when the render has ended
   Progress progress() const;

@@ -37,7 +37,8 @@ struct RenderSettings {
   float pass_alpha_threshold = 0.5f;
   std::uint32_t tile_pixels = 0;  // 0 = chosen by memory; the image does not depend on it
   std::vector<std::string> passes{"Combined"};
-  ReuseSettings reuse;            // of reservoir integrators
+  ReuseSettings reuse;  // of reservoir integrators
+  bool resume = false;  // the session's last picture goes on where it ended; `samples` is what it will have in all
   bool continue_history = false;  // reservoirs of the session's last render go on: the next frame of an animation
 };
 

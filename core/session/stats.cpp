@@ -48,8 +48,8 @@ class JsonObject {
 
 }  // namespace
 
-std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress,
-                              std::uint64_t wave_bytes, std::uint64_t reservoir_bytes) {
+std::string render_stats_json(const Context& context, const Tracer& tracer, const SyncReport& sync,
+                              const Progress& progress, std::uint64_t wave_bytes, std::uint64_t reservoir_bytes) {
   JsonObject scene;
   scene.integer("meshes", sync.meshes);
   scene.integer("instances", sync.instances);
@@ -77,12 +77,12 @@ std::string render_stats_json(const Context& context, const SyncReport& sync, co
   memory.integer("device_bytes", context.device->bytes_in_use());
   memory.integer("device_peak_bytes", context.device->peak_bytes());
   memory.integer("wave_bytes", wave_bytes);
-  memory.integer("acceleration_bytes", context.tracer->stats().build_bytes);
+  memory.integer("acceleration_bytes", tracer.stats().build_bytes);
 
   JsonObject out;
   out.string("device", context.device->info().name);
   out.string("driver", context.device->info().driver);
-  out.string("tracer", context.tracer->name());
+  out.string("tracer", tracer.name());
   out.object("scene", scene);
   out.object("sync", synced);
   out.integer("samples", progress.sample);

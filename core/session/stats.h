@@ -10,7 +10,7 @@
 namespace hw {
 
 // Schema in docs/manual/stats.md.
-std::string render_stats_json(const Context& context, const SyncReport& sync, const Progress& progress,
-                              std::uint64_t wave_bytes, std::uint64_t reservoir_bytes);
+std::string render_stats_json(const Context& context, const Tracer& tracer, const SyncReport& sync,
+                              const Progress& progress, std::uint64_t wave_bytes, std::uint64_t reservoir_bytes);
 
 }  // namespace hw

@@ -79,3 +79,44 @@ TEST_CASE("a context that is closed ends its render and serves the next one") {
   CHECK(session.progress().cancelled);
   CHECK_NOTHROW(other.sync());
 }
+
+TEST_CASE("a picture goes on where it ended, to the same bits, beside another session's") {
+  auto context = make_context("", "auto", 0, true);
+  Session session(context, sky_scene()), other(context, sky_scene());
+  session.sync();
+  const auto pixels_of = [](Session& s, std::uint32_t size) {
+    std::vector<float> pixels(std::size_t(size) * size * 4);
+    s.read("Combined", pixels.data(), pixels.size());
+    return pixels;
+  };
+  const auto render = [](Session& s, RenderSettings settings) {
+    s.start(settings);
+    s.finish();
+  };
+  render(session, settings(16, 7));
+  const std::vector<float> whole = pixels_of(session, 16);
+
+  RenderSettings part = settings(16, 2);
+  render(session, part);
+  other.sync();  // takes nothing from the first session
+  render(other, settings(16, 3));
+  part.resume = true, part.samples = 7;
+  render(session, part);
+  CHECK(session.progress().sample == 7);
+  CHECK(pixels_of(session, 16) == whole);
+
+  SUBCASE("but only when there is one") {
+    CHECK_THROWS_AS(session.start(part), std::logic_error);  // it has its samples
+    part.samples = 9;
+    part.width = part.height = 17;
+    CHECK_THROWS_AS(session.start(part), std::logic_error);
+    part.width = part.height = 16;
+    part.passes = {"Combined", "Depth"};
+    CHECK_THROWS_AS(session.start(part), std::logic_error);
+    Session fresh(context, sky_scene());
+    fresh.sync();
+    part.passes = {"Combined"};
+    CHECK_THROWS_AS(fresh.start(part), std::logic_error);
+    CHECK_NOTHROW(render(session, part));  // what was refused did no harm
+  }
+}

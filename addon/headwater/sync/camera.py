@@ -55,6 +55,24 @@ def rigid(matrix: np.ndarray) -> np.ndarray:
     return matrix
 
 
+def lens_settings(camera_object, matrix: np.ndarray) -> dict:
+    """Scene.set_camera's depth of field of an evaluated camera object; empty where everything is in focus.
+
+    matrix: (4, 4), where the camera is, without scale.
+    """
+    camera, dof = camera_object.data, camera_object.data.dof
+    if not dof.use_dof or camera.type == "PANO":
+        return {}
+    focal = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
+    return dict(
+        aperture_radius=focal / (2.0 * max(dof.aperture_fstop, _MIN_FSTOP)),
+        focus_distance=max(focus_distance(camera, matrix), 1e-5),
+        blades=dof.aperture_blades,
+        rotation=dof.aperture_rotation,
+        ratio=dof.aperture_ratio,
+    )
+
+
 class CameraSync:
     """Sets the core's camera when it changed."""
 
@@ -87,17 +105,7 @@ class CameraSync:
             plane = picture_plane(
                 camera, frame.width * render.pixel_aspect_x, frame.height * render.pixel_aspect_y, shift_x
             )
-        settings = {"clip": (camera.clip_start, camera.clip_end)}
-        dof = camera.dof
-        if dof.use_dof and kind != "panoramic":
-            focal = 1.0 if kind == "orthographic" else camera.lens * 1e-3
-            settings.update(
-                aperture_radius=focal / (2.0 * max(dof.aperture_fstop, _MIN_FSTOP)),
-                focus_distance=max(focus_distance(camera, matrix), 1e-5),
-                blades=dof.aperture_blades,
-                rotation=dof.aperture_rotation,
-                ratio=dof.aperture_ratio,
-            )
+        settings = {"clip": (camera.clip_start, camera.clip_end), **lens_settings(camera_object, matrix)}
         rows = np.ascontiguousarray(matrix[:3], np.float32)
         now = (kind, rows.tobytes(), plane, tuple(settings.items()))
         if now == self._last:

@@ -80,11 +80,12 @@ def name_hash(name: str) -> int:
     return state[2]
 
 
-def collect(depsgraph, enter, breathe) -> Collected:
+def collect(depsgraph, enter, breathe, space=None) -> Collected:
     """All instances of the dependency graph, grouped.
 
     `enter(row, object, data, parent) -> Group` is called once for each group, while its Blender objects live.
-    `breathe()` is called now and then and may raise Cancelled.
+    `breathe()` is called now and then and may raise Cancelled. `space`: a 3D viewport, for objects that it alone hides
+    (local view, local collections, kinds of objects).
     """
     instances = depsgraph.object_instances
     count = len(instances)
@@ -115,6 +116,9 @@ def collect(depsgraph, enter, breathe) -> Collected:
             if not shown[i] or data is None:
                 # Decided by the first instance that is shown.
                 index[i] = -1
+                continue
+            if space is not None and not (parent or obj).visible_in_viewport_get(space):
+                index[i] = known[where] = -1
                 continue
             breathe()
             group = known[where] = len(groups)

@@ -69,7 +69,16 @@ class SceneSync:
         self._last_edit = 0
 
     def sync(
-        self, depsgraph, same_graph: bool, breathe=lambda: None, *, next_frame=False, once=False, build=None
+        self,
+        depsgraph,
+        same_graph: bool,
+        breathe=lambda: None,
+        *,
+        next_frame=False,
+        once=False,
+        build=None,
+        updates=None,
+        space=None,
     ) -> dict:
         """Brings the core's scene up to date, all but the camera. Returns counts and seconds.
 
@@ -77,10 +86,14 @@ class SceneSync:
         `next_frame`: nothing but time has passed since the last sync. `once`: there will be no other.
         `build()`: Session.sync. On the first sync it is called on another thread while Blender's data is read, and the
         result's "early" is the sum of what it returned (seconds that lie within the export's).
+        `updates`: what changed, in place of what the graph says now. `space`: the 3D viewport that decides what is
+        seen, besides the scene.
         `breathe()` is called often and may raise Cancelled; the next sync then compares everything.
         """
         start = time.perf_counter()
-        updates = Updates(depsgraph, same_graph and self._complete, next_frame and self._complete, self._last_edit)
+        if updates is None or not self._complete:
+            trusted = same_graph and self._complete and updates is None
+            updates = Updates(depsgraph, trusted, next_frame and self._complete, self._last_edit)
         self._last_edit = edits_so_far()
         self._complete = False
         self._sync += 1
@@ -98,16 +111,16 @@ class SceneSync:
         edits = Edits(self.scene, build if self._sync == 1 else None)
         self.meshes.edits = self.instances.edits = edits
         try:
-            return self._sync_objects(depsgraph, updates, breathe, edits, (start, after_materials))
+            return self._sync_objects(depsgraph, updates, space, breathe, edits, (start, after_materials))
         except BaseException:
             edits.abandon()
             raise
 
-    def _sync_objects(self, depsgraph, updates, breathe, edits: Edits, times) -> dict:
+    def _sync_objects(self, depsgraph, updates, space, breathe, edits: Edits, times) -> dict:
         start, after_materials = times
         self.lights.begin()
         frame = _Frame(self, updates, depsgraph.view_layer)
-        collected = instances.collect(depsgraph, frame.enter, breathe)
+        collected = instances.collect(depsgraph, frame.enter, breathe, space)
         after_meshes = time.perf_counter()
 
         self.instances.sync(collected, breathe)

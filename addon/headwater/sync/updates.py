@@ -50,6 +50,22 @@ class Updates:
             if update.is_updated_geometry:
                 self.geometry.add(uid)
 
+    @classmethod
+    def nothing(cls) -> "Updates":
+        """Nothing in Blender's data changed."""
+        empty = cls(None, False)
+        empty.trusted, empty.any_material = True, False
+        return empty
+
+    def joined(self, later: "Updates") -> "Updates":
+        """What either says, for a sync that comes after both."""
+        both = self.nothing()
+        both.trusted = self.trusted and later.trusted
+        both.any_material = self.any_material or later.any_material
+        for kind in ("geometry", "materials", "images", "worlds"):
+            setattr(both, kind, getattr(self, kind) | getattr(later, kind))
+        return both
+
     def geometry_changed(self, still: bool, *uids: int) -> bool:
         """Whether the geometry of any of these data-blocks may have changed. `still`: time does not change it."""
         if self.next_frame and still:

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The thread on which a view is rendered. It never touches Blender's data.
+
+The main thread publishes requests and takes finished pictures; both are single assignments. Edits of the core's scene
+and Session.sync exclude each other by `scene_lock`, which the main thread tries for a few milliseconds only.
+"""
+
+import threading
+import time
+import traceback
+import weakref
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import native
+from ..turns import turns
+from .camera import ViewCamera
+from .refinement import LARGEST_DIVIDER, Refinement, Speed
+
+WAIT_MS = 10
+
+
+@dataclass(frozen=True)
+class Request:
+    """A picture to be rendered: compared as a whole, so that equal ones are not begun again."""
+
+    edition: int  # of the scene
+    frame: float  # of the timeline
+    width: int
+    height: int
+    region: tuple[int, int, int, int]
+    camera: ViewCamera
+    settings: tuple  # sorted items of the core's settings, without size, region, samples
+    samples: int
+    channel: str  # the pass that is shown
+    device: tuple  # arguments of native.context
+
+    def only_camera_differs(self, other: "Request | None") -> bool:
+        return other is not None and (self.edition, self.frame, self.settings) == (
+            other.edition,
+            other.frame,
+            other.settings,
+        )
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Pixels for the screen. They are never written to again."""
+
+    request: Request
+    pixels: np.ndarray  # (H, W, 4) float32, bottom row first, scene-linear, premultiplied
+    divider: int
+    samples: int
+
+
+def four_channels(pixels: np.ndarray) -> np.ndarray:
+    """A pass of any number of channels as RGBA; what is no colour is shown as one, as Blender does."""
+    if pixels.shape[2] == 4:
+        return pixels
+    shown = np.ones((*pixels.shape[:2], 4), np.float32)
+    shown[..., :3] = pixels[..., :1] if pixels.shape[2] == 1 else pixels[..., :3]
+    if pixels.shape[2] == 2:
+        shown[..., 2] = 0
+    return shown
+
+
+def _coarse(request: Request, divider: int) -> tuple[int, int, tuple[int, int, int, int]]:
+    """Size and region at 1/divider of the resolution; the region covers the full one."""
+    if divider == 1:
+        return request.width, request.height, request.region
+    width, height = -(-request.width // divider), -(-request.height // divider)
+    x0, y0, x1, y1 = request.region
+    return width, height, (x0 // divider, y0 // divider, min(-(-x1 // divider), width), min(-(-y1 // divider), height))
+
+
+class Worker:
+    """Renders what was asked for last. `scene`: the core.Scene; `engine`: told to redraw when there is a picture."""
+
+    def __init__(self, scene, engine):
+        self.scene_lock = threading.Lock()
+        self.picture: Picture | None = None
+        self.error = ""
+        self.progress: dict = {}
+        self.synced: dict = {}
+        self.paused = False
+        self._scene, self._engine = scene, weakref.ref(engine)
+        self._changed = threading.Condition()
+        self._request: Request | None = None
+        self._failed: Request | None = None
+        self._closing = False
+        self._session = self._context = None
+        self._speed, self._least = Speed(), 1
+        self._ready: Request | None = None  # the core's tables hold this one's scene and camera
+        self._refinement: Refinement | None = None
+        self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
+        self._thread.start()
+
+    def ask(self, request: Request) -> None:
+        with self._changed:
+            if request != self._request:
+                self._request = request
+                self._changed.notify_all()
+
+    def pause(self, paused: bool) -> None:
+        if paused != self.paused:
+            with self._changed:
+                self.paused = paused
+                self._changed.notify_all()
+
+    @property
+    def state(self) -> str:
+        """For a status line."""
+        refinement, request = self._refinement, self._request
+        if self.paused:
+            return "Paused"
+        if self._ready is None and request is not None:
+            return "Loading" if self._session is None else "Building"
+        if turns.final_waits_or_renders:
+            return "Waiting for a render"
+        if refinement is not None and refinement.finished and self._ready == request:
+            return "Done"
+        return ""
+
+    def close(self, seconds: float = 0.0) -> None:
+        """Ends rendering; waits up to `seconds` for the thread."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        session = self._session
+        if session is not None:
+            session.cancel()
+        if seconds and threading.current_thread() is not self._thread:
+            self._thread.join(seconds)
+
+    # On the worker's thread from here on.
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while not self._closing and not self._has_work():
+                    self._changed.wait()
+                if self._closing:
+                    break
+                request = self._request
+            try:
+                self._work(request)
+                self.error = ""
+            except Exception as error:
+                self._fail(request, error)
+        self._session = self._context = None
+
+    def _has_work(self) -> bool:
+        request = self._request
+        if request is None or self.paused or request == self._failed:
+            return False
+        return self._ready != request or not self._refinement.finished
+
+    def _fail(self, request: Request, error: Exception) -> None:
+        kind = type(error).__name__
+        self._ready = None
+        if kind == "OutOfMemory" and self._least < LARGEST_DIVIDER:
+            self._least *= 2  # a coarser picture may fit
+            return
+        if not isinstance(error, native.expected_errors() + (native.NativeError,)):
+            traceback.print_exc()
+        if kind == "DeviceLost":
+            self._session = self._context = None
+            native.release()
+        self._failed = request  # until something changes
+        self.error = str(error) or kind
+        self._redraw()
+
+    def _redraw(self) -> None:
+        engine = self._engine()
+        try:
+            if engine is not None:
+                engine.tag_redraw()
+                return
+        except ReferenceError:
+            pass  # Blender freed it
+        self._closing = True
+
+    def _open(self, request: Request) -> None:
+        context = native.context(*request.device)
+        if self._context is not context:
+            self._session = None
+            self._context, self._ready = context, None
+            self._session = native.core().Session(context, self._scene)
+
+    def _still_wanted(self) -> bool:
+        return not self._closing and not self.paused
+
+    def _give_way(self) -> None:
+        session = self._session
+        if session is not None:
+            session.cancel()
+
+    def _work(self, request: Request) -> None:
+        """One slice of the picture, in this view's turn."""
+        with turns.take(final=False, give_way=self._give_way, keep_waiting=self._still_wanted) as ours:
+            if not ours:
+                return
+            self._open(request)
+            if self._ready != request:
+                self._prepare(request)
+            slice_ = self._refinement.next()
+            begun = time.perf_counter()
+            whole = self._render(request, slice_)
+            seconds = time.perf_counter() - begun
+            if not whole:
+                self._refinement.interrupted(slice_)
+                return
+            self._refinement.done(slice_, seconds)
+            pixels = self._session.read(request.channel)
+        shown = self.picture
+        newer = shown is None or shown.request != request
+        if newer or (slice_.divider <= shown.divider and slice_.samples >= shown.samples):
+            self.picture = Picture(request, np.ascontiguousarray(four_channels(pixels)), slice_.divider, slice_.samples)
+            self._redraw()
+
+    def _prepare(self, request: Request) -> None:
+        """Brings the device in step with the scene and the camera."""
+        moving = request.only_camera_differs(self._ready)
+        with self.scene_lock:
+            request.camera.apply(self._scene)
+            self.synced = self._session.sync()
+        x0, y0, x1, y1 = request.region
+        self._refinement = Refinement(
+            (x1 - x0) * (y1 - y0), request.samples, self._speed, moving=moving, least=self._least
+        )
+        self._ready = request
+
+    def _render(self, request: Request, slice_) -> bool:
+        """Whether the slice was rendered in full."""
+        width, height, region = _coarse(request, slice_.divider)
+        session = self._session
+        session.start(
+            dict(
+                request.settings,
+                width=width,
+                height=height,
+                region=region,
+                samples=slice_.samples,
+                resume=slice_.resume,
+                continue_history=True,
+            )
+        )
+        while not session.wait(WAIT_MS):
+            if self._closing or self.paused or (slice_.interruptible and self._request != request):
+                session.cancel()
+        session.finish()
+        self.progress = session.progress()
+        return not self.progress["cancelled"]
