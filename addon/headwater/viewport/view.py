@@ -20,7 +20,7 @@ from ..sync.updates import Updates
 from . import camera as view_camera
 from .draw import Drawer
 from .shading import shown_pass
-from .worker import Request, Worker
+from .worker import Picture, Request, Worker
 
 SCENE_WAIT = 0.005  # seconds that a sync waits for the worker to let go of the scene
 RESIZE_REST = 0.2  # seconds a viewport keeps its size before it is rendered at that size
@@ -46,6 +46,7 @@ class View:
         self.closed = False
         self.sync_seconds = 0.0
         self.draw_seconds = 0.0
+        self.draws = 0
         _views.add(self)
 
     def close(self, seconds: float = 0.0) -> None:
@@ -65,6 +66,7 @@ class View:
 
     def draw(self, engine, context, depsgraph) -> None:
         begun = time.perf_counter()
+        self._worker.seen()
         objects = _hidden_here(context.space_data)
         if self._shown_objects is None:
             self._shown_objects = objects
@@ -77,8 +79,9 @@ class View:
         region = context.region
         if picture is not None:
             self._drawer.draw(engine, depsgraph.scene_eval, picture, region.width, region.height)
-        engine.update_stats("Headwater", self._status())
+        engine.update_stats("Headwater", self.status)
         self.draw_seconds = time.perf_counter() - begun
+        self.draws += 1
 
     def _sync_now(self, context, depsgraph) -> None:
         lock = self._worker.scene_lock
@@ -106,7 +109,8 @@ class View:
     def _ask(self, engine, context, depsgraph) -> None:
         """Asks the worker for the picture of this moment."""
         region, space = context.region, context.space_data
-        scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+        # The originals: settings of ours that a script writes do not reach the evaluated copies by themselves.
+        scene, view_layer = depsgraph.scene, depsgraph.view_layer
         self._worker.pause(bool(scene.headwater.preview_pause))
         size, now = (region.width, region.height), time.perf_counter()
         if size != self._size:
@@ -146,7 +150,7 @@ class View:
         settings.update(seed=source.seed, time_limit=0.0)
         return Request(
             edition=self._edition,
-            frame=scene.frame_current_final,
+            frame=depsgraph.scene_eval.frame_current_final,
             width=size[0],
             height=size[1],
             region=_region(space, rv3d, scene, camera_object, size),
@@ -157,7 +161,17 @@ class View:
             device=render_settings.device_choice(scene, preferences.chosen_device(), given),
         )
 
-    def _status(self) -> str:
+    @property
+    def picture(self) -> Picture | None:
+        return self._worker.picture
+
+    def is_current(self, picture: Picture) -> bool:
+        """Whether a picture shows what the viewport shows."""
+        return picture.request == self._request and self._waiting is None
+
+    @property
+    def status(self) -> str:
+        """One line for the viewport's corner."""
         worker, picture = self._worker, self._worker.picture
         problem = self._problem or worker.error
         if problem:

@@ -19,6 +19,7 @@ from .camera import ViewCamera
 from .refinement import LARGEST_DIVIDER, Refinement, Speed
 
 WAIT_MS = 10
+UNSEEN_SECONDS = 2.0  # a picture that is not drawn for so long is not improved: the viewport is covered or gone
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ class Worker:
         self._closing = False
         self._session = self._context = None
         self._speed, self._least = Speed(), 1
+        self._unseen_since: float | None = None  # when the first picture was made that was not drawn
         self._ready: Request | None = None  # the core's tables hold this one's scene and camera
         self._refinement: Refinement | None = None
         self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
@@ -101,6 +103,17 @@ class Worker:
             if request != self._request:
                 self._request = request
                 self._changed.notify_all()
+
+    def seen(self) -> None:
+        """The viewport was drawn."""
+        idle, self._unseen_since = self._is_unseen(), None
+        if idle:
+            with self._changed:
+                self._changed.notify_all()
+
+    def _is_unseen(self) -> bool:
+        since = self._unseen_since
+        return since is not None and time.perf_counter() - since > UNSEEN_SECONDS
 
     def pause(self, paused: bool) -> None:
         if paused != self.paused:
@@ -152,7 +165,7 @@ class Worker:
 
     def _has_work(self) -> bool:
         request = self._request
-        if request is None or self.paused or request == self._failed:
+        if request is None or self.paused or request == self._failed or self._is_unseen():
             return False
         return self._ready != request or not self._refinement.finished
 
@@ -173,6 +186,8 @@ class Worker:
 
     def _redraw(self) -> None:
         engine = self._engine()
+        if self._unseen_since is None:
+            self._unseen_since = time.perf_counter()
         try:
             if engine is not None:
                 engine.tag_redraw()
