@@ -50,6 +50,35 @@ def edits(session):
     def lamp_power():
         lamp.data.energy *= 3
 
+    def lamp_nodes():
+        lamp.data.use_nodes = True
+        emission = next(node for node in lamp.data.node_tree.nodes if node.type == "EMISSION")
+        emission.inputs["Color"].default_value = (1.0, 0.5, 0.1, 1)
+
+    def lamp_node():
+        emission = next(node for node in lamp.data.node_tree.nodes if node.type == "EMISSION")
+        emission.inputs["Strength"].default_value = 2.5
+
+    def holdout():
+        session.window.view_layer.layer_collection.children[0].holdout = True
+
+    def no_holdout():
+        session.window.view_layer.layer_collection.children[0].holdout = False
+
+    def ray_visibility():
+        cube.visible_camera = False
+
+    def visible_again():
+        cube.visible_camera = True
+
+    def other_material():
+        material = data.materials.new("Fresh")
+        material.use_nodes = True
+        cube.material_slots[0].material = material
+
+    def old_material():
+        cube.material_slots[0].material = material
+
     def image():
         picture = data.images.new("Swap", 8, 8)
         picture.generated_color = (0.1, 0.9, 0.1, 1)
@@ -137,6 +166,7 @@ def edits(session):
         session.space.shading.headwater.render_pass = "COMBINED"
 
     steps = (move, edit_mesh, node, lamp_color, lamp_power, image, swap_image, paint_image, world, settings, add)
+    steps += (lamp_nodes, lamp_node, holdout, no_holdout, ray_visibility, visible_again, other_material, old_material)
     steps += (duplicate, delete, hide, show, exclude, include, append, local_view, leave_local_view)
     return steps + (border, no_border, channel, combined)
 

@@ -16,13 +16,14 @@ class ImageSync:
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._loaded: set[tuple] = set()  # the core has their pixels
+        self._volatile: set[tuple] = set()  # pixels that were in Blender's memory alone: undo may change them
         self._placed: set[tuple] = set()  # the core has at least a stand-in
         self._seen: set[tuple] = set()
         self._waiting: dict[tuple, object] = {}  # key → request
 
     def begin(self, updates) -> None:
         self._seen, self._waiting = set(), {}
-        self._loaded = {key for key in self._loaded if key[0] not in updates.images}
+        self._loaded = {key for key in self._loaded if not updates.image_changed(key[0], key in self._volatile)}
 
     def keep(self, keys) -> None:
         """Images of a material that was not compiled again are still in use."""
@@ -46,6 +47,8 @@ class ImageSync:
         for key, request in self._waiting.items():
             breathe()
             found.append((key, node_images.load_pixels(request)))
+            in_memory = request.image.is_dirty or request.image.source == "GENERATED"
+            (self._volatile.add if in_memory else self._volatile.discard)(key)
         self._waiting = {}
         return found
 
@@ -65,3 +68,4 @@ class ImageSync:
             self._ids.forget(("image", *key))
             self._loaded.discard(key)
             self._placed.discard(key)
+            self._volatile.discard(key)

@@ -204,6 +204,7 @@ class InstanceSync:
         self._batches: dict[tuple, _Batch] = {}
         self.edits = scene  # where edits go: build.Edits
         self.count = 0
+        self._last: Collected | None = None
 
     def send_early(self, group: Group, row: Row) -> None:
         """Sends an object's own instance before `sync` knows all of them, where that is of use."""
@@ -218,8 +219,14 @@ class InstanceSync:
         drawn = collected.shown & (collected.index >= 0)
         order = np.argsort(collected.index, kind="stable")
         bounds = np.searchsorted(collected.index[order], np.arange(len(collected.groups) + 1))
+        still = self._still(collected)
+        self._last = None  # until all of it was sent
         for number, group in enumerate(collected.groups):
             if group.kind != "MESH" or group.mesh is None or not group.mesh.triangles:
+                continue
+            if still[number] and group.key in self._batches and group.key not in seen:
+                seen.add(group.key)
+                self.count += len(self._batches[group.key].keys)
                 continue
             breathe()
             members = order[bounds[number] : bounds[number + 1]]
@@ -237,6 +244,18 @@ class InstanceSync:
             self._sync_batch(key, group, collected.matrices[good], collected.random_ids[good], collected.keys[good])
         for key in [key for key in self._batches if key not in seen]:
             self._remove(key)
+        self._last = collected
+
+    def _still(self, collected: Collected) -> np.ndarray:
+        """(G,) whether a group is the very one of the last sync, in the same place."""
+        last, count = self._last, len(collected.groups)
+        if last is None or count != len(last.groups) or not np.array_equal(last.index, collected.index):
+            return np.zeros(count, bool)
+        still = np.fromiter((a is b for a, b in zip(last.groups, collected.groups, strict=True)), bool, count)
+        moved = (last.matrices != collected.matrices).any(axis=(1, 2)) | (last.shown != collected.shown)
+        moved |= (last.random_ids != collected.random_ids) | (last.keys != collected.keys)
+        still[collected.index[moved & (collected.index >= 0)]] = False
+        return still
 
     def _sync_batch(self, key, group: Group, matrices, random_ids, keys) -> None:
         batch = self._batches.get(key)

@@ -45,6 +45,8 @@ class MaterialSync:
                 uid = block.original.session_uid
                 if self._override is None or uid == self._override:
                     self._require(block, uid)
+        if _DEFAULT in self._known:
+            self._default()
         self._collect()
 
     def _collect(self) -> None:

@@ -2,6 +2,7 @@
 """SceneSync: the core's scene of one view layer, and what Blender's data looked like when it was last synced."""
 
 import time
+from dataclasses import dataclass
 
 from ..nodes import compile_lamp, compile_material, compile_world
 from . import instance as instances
@@ -67,6 +68,8 @@ class SceneSync:
         self.camera = CameraSync(scene, notes)
         self._complete = False
         self._last_edit = 0
+        self._groups: dict[int, _KnownGroup] = {}  # by session_uid of the object
+        self._layers = None  # what layer collections said about their objects
 
     def sync(
         self,
@@ -120,7 +123,11 @@ class SceneSync:
         start, after_materials = times
         self.lights.begin()
         frame = _Frame(self, updates, depsgraph.view_layer)
+        layers = _layer_flags(depsgraph.view_layer.layer_collection)
+        if layers != self._layers:
+            self._groups, self._layers = {}, layers
         collected = instances.collect(depsgraph, frame.enter, breathe, space)
+        self._groups = frame._remembered
         after_meshes = time.perf_counter()
 
         self.instances.sync(collected, breathe)
@@ -170,6 +177,26 @@ def _sum(reports: list[dict]) -> dict:
     return {name: sum(report.get(name, 0) for report in reports) for name in names} if reports else {}
 
 
+def _slot_count(obj, data) -> int:
+    return max(len(obj.material_slots), len(data.materials), 1)
+
+
+def _layer_flags(collection) -> tuple:
+    """What a layer collection and those within say about their objects."""
+    children = tuple(_layer_flags(child) for child in collection.children)
+    return collection.holdout, collection.indirect_only, collection.exclude, children
+
+
+@dataclass
+class _KnownGroup:
+    """The group of an object that no instancer made, as long as the object and its data stay as they are."""
+
+    group: Group
+    uids: tuple[int, int]  # session_uid of the object and of its data
+    mesh_key: tuple
+    slot_count: int
+
+
 class _Frame:
     """One sync's walk over the instances: turns the first of each kind into a Group."""
 
@@ -179,20 +206,46 @@ class _Frame:
         self._wanted = state.materials.attributes
         self._keys: dict[int, tuple] = {}  # data pointer → mesh key, within this sync only
         self._taken: set[tuple] = set()
+        self._remembered: dict[int, _KnownGroup] = {}
 
     def enter(self, row, obj, data, parent) -> Group:
         """The group of an instance seen for the first time (instance.Row); exports its mesh if need be."""
         kind = obj.type
+        known = self._known(obj, data) if parent is None else None
+        if known is not None:
+            return known
         if kind == "LIGHT":
             with naming("Light", obj.name):
-                return self._light(obj, parent)
+                return self._remember(self._light(obj, parent), obj, data, parent)
         if kind == "MESH":
             with naming("Object", obj.name):
-                return self._geometry(row, obj, data, parent)
+                return self._remember(self._geometry(row, obj, data, parent), obj, data, parent)
         # Curves, surfaces, text and metaballs come once as themselves and once as an instance of the mesh made of them.
         if kind in _NOT_YET:
             self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')")
         return Group("")
+
+    def _known(self, obj, data) -> Group | None:
+        """The last sync's group of an object that Blender says is untouched since; None: look at it."""
+        found = self._state._groups.get(obj.original.session_uid)
+        if found is None or not self._updates.untouched(*found.uids):
+            return None
+        group, meshes = found.group, self._state.meshes
+        if group.kind == "MESH":
+            key = found.mesh_key
+            if meshes.known(key, self._wanted, found.slot_count, self._state._sync, False) is not group.mesh:
+                return None
+            self._taken.add(key)
+            self._keys[data.as_pointer()] = key
+        self._remembered[found.uids[0]] = found
+        return group
+
+    def _remember(self, group: Group, obj, data, parent) -> Group:
+        if parent is None and (group.kind == "LIGHT" or group.mesh is not None):
+            uids = (obj.original.session_uid, obj.original.data.session_uid)
+            key, slot_count = (self._keys[data.as_pointer()], _slot_count(obj, data)) if group.mesh else ((), 0)
+            self._remembered[uids[0]] = _KnownGroup(group, uids, key, slot_count)
+        return group
 
     @staticmethod
     def _uids(obj, parent) -> tuple[int, int]:
@@ -231,7 +284,7 @@ class _Frame:
         obj_uid, parent_uid = self._uids(obj, parent)
         still = key[0] == "mesh" and obj.original.data.animation_data is None
         changed = self._updates.geometry_changed(still, obj_uid, parent_uid, obj.original.data.session_uid)
-        slot_count = max(len(obj.material_slots), len(data.materials), 1)
+        slot_count = _slot_count(obj, data)
         record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
         if record is None and data.is_editmode:
             # A file saved in edit mode: the data is a shell around the editor's mesh and has no arrays of its own.

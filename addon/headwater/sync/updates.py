@@ -30,12 +30,15 @@ class Updates:
         self.materials: set[int] = set()
         self.images: set[int] = set()
         self.worlds: set[int] = set()
+        self.blocks: set[int] = set()  # data-blocks of any kind, changed in any way
+        self.groups = False  # a collection changed: who is in it, what it says about its objects
         self.any_material = not trusted
         if not trusted:
             return
         for update in depsgraph.updates:
             block = update.id
             uid = block.original.session_uid
+            self.blocks.add(uid)
             if isinstance(block, bpy.types.Material):
                 self.materials.add(uid)
             elif isinstance(block, bpy.types.World):
@@ -43,6 +46,8 @@ class Updates:
             elif isinstance(block, bpy.types.Image):
                 self.images.add(uid)
                 self.any_material = True
+            elif isinstance(block, bpy.types.Collection):
+                self.groups = True
             elif isinstance(block, bpy.types.NodeTree):
                 # A group or a texture's tree: who uses it is not said.
                 if not block.is_embedded_data:
@@ -62,9 +67,14 @@ class Updates:
         both = self.nothing()
         both.trusted = self.trusted and later.trusted
         both.any_material = self.any_material or later.any_material
-        for kind in ("geometry", "materials", "images", "worlds"):
+        both.groups = self.groups or later.groups
+        for kind in ("blocks", "geometry", "materials", "images", "worlds"):
             setattr(both, kind, getattr(self, kind) | getattr(later, kind))
         return both
+
+    def untouched(self, *uids: int) -> bool:
+        """Whether none of these data-blocks changed at all, nor a collection or node group that may concern them."""
+        return self.trusted and not self.groups and not self.any_material and self.blocks.isdisjoint(uids)
 
     def geometry_changed(self, still: bool, *uids: int) -> bool:
         """Whether the geometry of any of these data-blocks may have changed. `still`: time does not change it."""
@@ -78,6 +88,12 @@ class Updates:
         if self.next_frame:
             return changes_with_time(original) or self._edited(original.session_uid, _SHARED)
         return self.any_material or original.session_uid in self.materials
+
+    def image_changed(self, uid: int, in_memory: bool) -> bool:
+        """Whether an image's pixels may have changed. `in_memory`: there is no file that they could be read from."""
+        if self.trusted:
+            return uid in self.images
+        return self._edited(uid) or (in_memory and not self.next_frame)
 
     def _edited(self, *uids: int) -> bool:
         return any(_edits.get(uid, 0) > self._last_edit for uid in uids)
@@ -109,6 +125,8 @@ def _note_edits(_scene, depsgraph):
             continue
         _edit_count += 1
         _edits[uid] = _edit_count
+        if uid == _SHARED and isinstance(block, bpy.types.Image):
+            _edits[block.original.session_uid] = _edit_count
 
 
 def register():

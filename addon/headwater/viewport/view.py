@@ -47,6 +47,7 @@ class View:
         self.sync_seconds = 0.0
         self.draw_seconds = 0.0
         self.draws = 0
+        self.synced_at = 0.0  # time.perf_counter() of the last sync's end
         _views.add(self)
 
     def close(self, seconds: float = 0.0) -> None:
@@ -102,7 +103,8 @@ class View:
         finally:
             lock.release()
         self._edition += 1
-        self.sync_seconds = time.perf_counter() - begun
+        self.synced_at = time.perf_counter()
+        self.sync_seconds = self.synced_at - begun
         for note in self._sync.notes.take():
             print(f"Headwater: {note}")
 
@@ -165,9 +167,14 @@ class View:
     def picture(self) -> Picture | None:
         return self._worker.picture
 
+    @property
+    def core_sync(self) -> dict:
+        """What Session.sync said last: seconds and counts."""
+        return self._worker.synced
+
     def is_current(self, picture: Picture) -> bool:
         """Whether a picture shows what the viewport shows."""
-        return picture.request == self._request and self._waiting is None
+        return picture.request == self._request and picture.request.edition == self._edition and self._waiting is None
 
     @property
     def status(self) -> str:

@@ -53,6 +53,7 @@ class Picture:
     pixels: np.ndarray  # (H, W, 4) float32, bottom row first, scene-linear, premultiplied
     divider: int
     samples: int
+    at: float  # time.perf_counter() when it was ready
 
 
 def four_channels(pixels: np.ndarray) -> np.ndarray:
@@ -231,7 +232,8 @@ class Worker:
         shown = self.picture
         newer = shown is None or shown.request != request
         if newer or (slice_.divider <= shown.divider and slice_.samples >= shown.samples):
-            self.picture = Picture(request, np.ascontiguousarray(four_channels(pixels)), slice_.divider, slice_.samples)
+            shown = np.ascontiguousarray(four_channels(pixels))
+            self.picture = Picture(request, shown, slice_.divider, slice_.samples, time.perf_counter())
             self._redraw()
 
     def _prepare(self, request: Request) -> None:
