@@ -5,59 +5,17 @@
 #
 #   tools/private_mesa.sh FOLDER     → FOLDER/lib (shared libraries), FOLDER/lvp_icd.json (for VK_DRIVER_FILES)
 #
-# apt itself resolves and verifies the packages, against the machine's own package status, with sources derived from the
-# machine's own: the Debian archive it uses for its release, once as it is and once with "-backports" added to the suite.
+# apt resolves them against the machine's own package status: tools/private_apt.sh.
 set -euo pipefail
-# shellcheck disable=SC2016
 target=${1:?folder}
-if ! command -v apt-get dpkg-deb >/dev/null; then
-  echo "no apt on this system" >&2
-  exit 1
-fi
+# shellcheck source=tools/private_apt.sh
+. "$(dirname "${BASH_SOURCE[0]}")/private_apt.sh"
 codename=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
-[ "$(. /etc/os-release && echo "${ID:-}")" = debian ] || { echo "not Debian: install a driver with ray query" >&2; exit 1; }
 
-# URI, signing key and trust of the first source that carries this release's main component.
-source_line=$(apt-get indextargets --format '$(REPO_URI)|$(RELEASE)|$(COMPONENT)|$(SIGNED_BY)|$(TRUSTED)' 'Created-By: Packages' |
-  awk -F'|' -v c="$codename" '($2 == c || $2 == "stable") && $3 == "main" { print; exit }')
-if [ -z "$source_line" ]; then # no lists yet: apt names index targets only for lists it has
-  source_line=$(apt-get indextargets --no-release-info --format '$(REPO_URI)|$(RELEASE)|$(COMPONENT)|$(SIGNED_BY)|no' \
-    'Created-By: Packages' | awk -F'|' -v c="$codename" '($2 == c || $2 == "stable") && $3 == "main" { print; exit }')
-fi
-[ -n "$source_line" ] || { echo "apt has no source for $codename main" >&2; exit 1; }
-IFS='|' read -r uri _ _ signed_by _ <<<"$source_line"
-options=""
-case "$signed_by" in
-  /*) options=" [signed-by=$signed_by]" ;;
-esac
-
-# A finished folder appears at once: work goes on beside it. apt wants paths without spaces in its configuration.
-work=$(mktemp -d)
+work=$(mktemp -d) # a finished folder appears at once: work goes on beside it
 trap 'rm -rf "$work"' EXIT
-mkdir -p "$work/lists/partial" "$work/cache/archives/partial" "$work/root"
-cp /var/lib/dpkg/status "$work/status"
-printf 'deb%s %s %s main\n' "$options" "$uri" "$codename" "$options" "$uri" "$codename-backports" >"$work/sources.list"
-cat >"$work/apt.conf" <<CONF
-#clear APT::Update::Post-Invoke;
-#clear APT::Update::Post-Invoke-Success;
-Dir::State "$work";
-Dir::State::lists "$work/lists";
-Dir::State::status "$work/status";
-Dir::State::extended_states "$work/extended_states";
-Dir::Cache "$work/cache";
-Dir::Cache::archives "$work/cache/archives";
-Dir::Etc::sourcelist "$work/sources.list";
-Dir::Etc::sourceparts "-";
-Dir::Etc::preferences "-";
-Dir::Etc::preferencesparts "-";
-APT::Install-Recommends "false";
-APT::Sandbox::User "$(id -un)";
-Acquire::Languages "none";
-Acquire::Retries "3";
-Binary::apt-get::APT::Keep-Downloaded-Packages "true";
-CONF
-export APT_CONFIG="$work/apt.conf"
-apt-get -q update
+mkdir "$work/root"
+private_apt "$work" /var/lib/dpkg/status "$codename" "$codename-backports"
 apt-get -q -y --download-only --reinstall -t "$codename-backports" install mesa-vulkan-drivers
 
 for deb in "$work"/cache/archives/*.deb; do
