@@ -32,7 +32,10 @@ class HeadwaterRenderEngine(bpy.types.RenderEngine):
         self.view = None  # of a viewport's engine: viewport.view.View
 
     def __del__(self):
-        view = getattr(self, "view", None)
+        try:
+            view = getattr(self, "view", None)
+        except ReferenceError:  # before Blender 4.4 the engine is gone by now, and what Python kept on it
+            return
         if view is not None:
             view.close()
 

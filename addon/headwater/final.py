@@ -2,7 +2,7 @@
 """A final frame: export in RenderEngine.update, render and hand out pixels in RenderEngine.render.
 
 Errors reach the artist by `report` and `error_set` (Blender only logs exceptions of an engine), are kept in
-`last_error`, and end the process with status 1 when the command line says --headwater-strict.
+`last_error`, and give the process status 1 in background mode or where the command line says --headwater-strict.
 """
 
 import atexit
@@ -57,7 +57,10 @@ def fail(engine, text: str) -> None:
     try:
         strict = options.current().strict
     except ValueError:
-        strict = False
+        strict = True  # what failed may be the command line itself
+    if strict is None:
+        # A farm must see a failed frame. A program that imports bpy has a status of its own to give.
+        strict = bpy.app.background and bool(bpy.app.binary_path)
     if strict:
         atexit.unregister(_exit_failed)
         atexit.register(_exit_failed)

@@ -7,11 +7,14 @@ A Context (Vulkan device and Tracer) is expensive, so the last one is kept for t
 import importlib
 import threading
 
+import headwater
+
 _lock = threading.Lock()
 _core = None
 _failure = ""
 _context = None  # (key, Context)
 _devices = None
+_no_devices = ""
 
 
 class NativeError(Exception):
@@ -22,6 +25,9 @@ def core():
     """The module `headwater._core`. Raises NativeError with the reason when it cannot be loaded."""
     global _core, _failure
     if _core is None:
+        _failure = _stale()
+        if _failure:
+            raise NativeError(_failure)
         try:
             _core = importlib.import_module("headwater._core")
             _failure = ""
@@ -29,6 +35,17 @@ def core():
             _failure = f"Headwater's core did not load: {error}"
             raise NativeError(_failure) from error
     return _core
+
+
+def _stale() -> str:
+    """Says to restart when the extension was updated after this process had loaded the package; "" otherwise.
+
+    A compiled module cannot be loaded twice, and a core of another version may not understand this add-on.
+    """
+    on_disk = headwater.build_on_disk()
+    if headwater.build == on_disk or not on_disk:
+        return ""
+    return f"Headwater was updated from {headwater.build} to {on_disk} while Blender ran: restart Blender to use it"
 
 
 def expected_errors() -> tuple:
@@ -48,16 +65,22 @@ def failure() -> str:
 
 def devices(refresh: bool = False) -> list[dict]:
     """The core's devices (see docs/architecture.md); an empty list when there is no core or no Vulkan."""
-    global _devices
+    global _devices, _no_devices
     if _devices is None or refresh:
         try:
-            _devices = list(core().devices())
+            _devices, _no_devices = list(core().devices()), ""
+            if not _devices:
+                core().Context()  # says what is missing
         except NativeError:
             return []
         except Exception as error:
-            print(f"Headwater: no devices: {error}")
-            _devices = []
+            _devices, _no_devices = [], str(error)
     return _devices
+
+
+def no_devices() -> str:
+    """Why `devices` last found none, in the core's words; "" where it was not asked or found some."""
+    return _no_devices
 
 
 def context(device: str = "", tracer: str = "auto", threads: int = 0):

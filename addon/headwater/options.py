@@ -9,7 +9,8 @@
 --headwater-threads N      host threads
 --headwater-memory-limit N most device memory in MiB, instead of the preference
 --headwater-stats FILE     one JSON object a line for each frame and view layer, appended
---headwater-strict         a failed render makes the process exit with status 1
+--headwater-strict         a failed render makes the process exit with status 1: the default of `blender -b`, not of bpy
+--no-headwater-strict      it does not
 """
 
 import argparse
@@ -27,7 +28,7 @@ class Options:
     threads: int | None = None
     memory_limit: int | None = None
     stats: str | None = None
-    strict: bool = False
+    strict: bool | None = None
 
 
 class _Parser(argparse.ArgumentParser):
@@ -51,7 +52,7 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument("--headwater-threads", dest="threads", type=_positive)
     parser.add_argument("--headwater-memory-limit", dest="memory_limit", type=_positive)
     parser.add_argument("--headwater-stats", dest="stats")
-    parser.add_argument("--headwater-strict", dest="strict", action="store_true")
+    parser.add_argument("--headwater-strict", dest="strict", action=argparse.BooleanOptionalAction)
     known, _ = parser.parse_known_args(arguments)
     return Options(**vars(known))
 

@@ -8,6 +8,12 @@ from . import native
 
 _items = []  # Blender keeps no reference to the texts of a dynamic enum: they must stay alive here
 
+INSTALL = (
+    "Install your GPU's driver or, to render on the CPU, lavapipe:",
+    "Debian, Ubuntu: sudo apt install mesa-vulkan-drivers · Fedora: sudo dnf install mesa-vulkan-drivers",
+    "Arch: sudo pacman -S vulkan-swrast · then press Refresh Devices or restart Blender",
+)
+
 _KINDS = {"discrete": "GPU", "integrated": "Integrated GPU", "virtual": "Virtual GPU", "cpu": "CPU"}
 
 
@@ -48,8 +54,9 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
         if why:
             column = layout.column()
             column.alert = True
-            for line in _wrapped(why):
-                column.label(text=line, icon="ERROR" if line == why else "NONE")
+            lines = _wrapped(why)
+            for line in lines:
+                column.label(text=line, icon="ERROR" if line == lines[0] else "NONE")
             return
         layout.prop(self, "device")
         layout.prop(self, "memory_limit")
@@ -57,7 +64,11 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
         found = native.devices()
         if not found:
             box.label(text="No Vulkan device found", icon="ERROR")
-            box.label(text="Install your GPU's driver or, to render on the CPU, lavapipe (Debian: mesa-vulkan-drivers)")
+            for line in _wrapped(native.no_devices()):
+                box.label(text=line)
+        if not any(device.get("usable", True) for device in found):
+            for line in INSTALL:
+                box.label(text=line)
         for device in found:
             row = box.row()
             usable = device.get("usable", True)
@@ -72,7 +83,7 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
 def _wrapped(text: str, width: int = 100) -> list[str]:
     import textwrap
 
-    return [line for part in text.splitlines() for line in textwrap.wrap(part, width)] or [text]
+    return [line for part in text.splitlines() for line in textwrap.wrap(part, width)]
 
 
 def _own():
