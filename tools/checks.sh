@@ -52,6 +52,10 @@ run_tests() {
     case "$1" in
       --quick) quick=yes ;;
       --pytest) only_pytest=yes ;;
+      --blender)
+        blender_sessions
+        return
+        ;;
       *) break ;;
     esac
     shift
@@ -86,6 +90,23 @@ run_tests() {
   fi
   trap - ERR
   exit "$rc"
+}
+
+# Sessions in real Blenders: each blender_tests/real/*_session.py is called as SESSION LAUNCHER ZIP FOLDER for every
+# launcher in HEADWATER_BLENDERS (separated by spaces; a launcher runs Blender with its arguments, has `--sh COMMAND…` and
+# `--gui WIDTHxHEIGHT ARGUMENTS…`, and takes its home from BL_HOME). What a session leaves is in out/real.
+blender_sessions() {
+  local launcher session name
+  [ -n "${HEADWATER_BLENDERS:-}" ] || die "test --blender: HEADWATER_BLENDERS names no launcher (CONTRIBUTING.md, Tests)"
+  package
+  for launcher in $HEADWATER_BLENDERS; do
+    for session in blender_tests/real/*_session.py; do
+      name="$(basename "$session" .py), $(basename "$launcher")"
+      checked "$name" timeout --kill-after=10 900 "$py" "$session" "$launcher" out/headwater-*-linux-x64.zip \
+        "out/real/$(basename "$launcher")/$(basename "$session" .py)"
+    done
+  done
+  [ "${#failures[@]}" -eq 0 ] || die "failed: ${failures[*]}"
 }
 
 # validated COMMAND…: fails also where the validation layers spoke while it ran.

@@ -97,9 +97,7 @@ def write_wheel(folder: Path, version: str, files: dict[str, bytes]) -> Path:
         f"Metadata-Version: 2.4\nName: {name}\nVersion: {version}\nLicense-Expression: {licence}\n"
         f"License-File: {licence}.txt\nSummary: Headwater's core and Python package, with Embree and oneTBB, for its Blender extension\n"
     ).encode()
-    files[f"{info}/WHEEL"] = (
-        f"Wheel-Version: 1.0\nGenerator: headwater\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
-    )
+    files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: headwater\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
     record = []
     for path, data in files.items():
         digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
@@ -139,7 +137,9 @@ def version_of_sources() -> str:
     manifest = tomllib.loads((ROOT / "addon/headwater/blender_manifest.toml").read_text())["version"]
     package = re.search(r'^__version__ = "(.+)"', (ROOT / "headwater/__init__.py").read_text(), re.M)[1]
     if not project == manifest == package:
-        raise PackageError(f"versions differ: pyproject {project}, manifest {manifest}, headwater/__init__.py {package}")
+        raise PackageError(
+            f"versions differ: pyproject {project}, manifest {manifest}, headwater/__init__.py {package}"
+        )
     return project
 
 
