@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The extension's zip, where `./dev package` made one of these sources: contents, tags, symbols, Blender's own check."""
+"""The extension's zip, where `./dev package` made one: contents, tags, symbols, Blender's own check."""
 
 import importlib.util
 import re

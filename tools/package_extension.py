@@ -21,8 +21,8 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# Python 3.11 finds `_core.cpython-311-….so` before `_core.abi3.so`, later ones the latter: any CPython from 3.11 on. Two
-# wheels would be plainer, but a `cp311` one beside a stable-ABI one makes Blender refuse every Python but 3.11.
+# Python 3.11 finds `_core.cpython-311-….so` before `_core.abi3.so`, later ones the latter: any CPython from 3.11.
+# Two wheels would be plainer, but a `cp311` one beside a stable-ABI one makes Blender refuse every Python but 3.11.
 PYTHON_TAG = "cp311-abi3"
 PLATFORM = "manylinux_2_34_x86_64"
 # The newest symbol versions that this tag's policy allows.
@@ -95,7 +95,8 @@ def write_wheel(folder: Path, version: str, files: dict[str, bytes]) -> Path:
     files[f"{info}/licenses/{licence}.txt"] = (ROOT / "LICENSES" / f"{licence}.txt").read_bytes()
     files[f"{info}/METADATA"] = (
         f"Metadata-Version: 2.4\nName: {name}\nVersion: {version}\nLicense-Expression: {licence}\n"
-        f"License-File: {licence}.txt\nSummary: Headwater's core and Python package, with Embree and oneTBB, for its Blender extension\n"
+        f"License-File: {licence}.txt\n"
+        "Summary: Headwater's core and Python package, with Embree and oneTBB, for its Blender extension\n"
     ).encode()
     files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: headwater\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
     record = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ends Blender with status 3 where a file could not be rendered by Headwater here. For render farms; a script of its own.
+"""Ends Blender with status 3 where a file could not be rendered by Headwater here: a script for render farms.
 
   blender -b shot.blend -P farm_guard.py -a
   blender -b shot.blend -E HEADWATER -P farm_guard.py -a
