@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The extension's life in a real Blender: install, render, no device, farm guard, disable, again, update, uninstall.
 
-  install_session.py LAUNCHER ZIP FOLDER
+  install.py LAUNCHER ZIP FOLDER
 
 LAUNCHER runs Blender with the arguments it is given and takes its home from BL_HOME. FOLDER is emptied; pictures and
 logs stay in it. Status 1 and one line where something is not as it should be.
@@ -66,7 +66,7 @@ class Session:
 
     def expect(self, condition, text: str) -> None:
         if not condition:
-            sys.exit(f"install_session: {text} (logs in {self.folder})")
+            sys.exit(f"install: {text} (logs in {self.folder})")
 
     def script(self, name: str, text: str) -> Path:
         path = self.folder / name
@@ -105,7 +105,7 @@ def main(launcher: str, zip_path: str, folder: str) -> None:
     session.blender("--command", "extension", "remove", "headwater")
     session.blender("-b", "--python-expr", "pass")  # Blender clears wheels away when it starts
     session.expect(not session.left(), f"left behind: {session.left()}")
-    print(f"install_session: passed in {Path(launcher).name}")
+    print(f"install: passed in {Path(launcher).name}")
 
 
 if __name__ == "__main__":
