@@ -31,10 +31,12 @@ class Updates:
         self.images: set[int] = set()
         self.worlds: set[int] = set()
         self.blocks: set[int] = set()  # data-blocks of any kind, changed in any way
+        self.unnamed = False  # Blender says that something changed, not what: before 5.0 painting comes so
         self.groups = False  # a collection changed: who is in it, what it says about its objects
         self.any_material = not trusted
         if not trusted:
             return
+        self.unnamed = self.any_material = not len(depsgraph.updates)
         for update in depsgraph.updates:
             block = update.id
             uid = block.original.session_uid
@@ -68,6 +70,7 @@ class Updates:
         both.trusted = self.trusted and later.trusted
         both.any_material = self.any_material or later.any_material
         both.groups = self.groups or later.groups
+        both.unnamed = self.unnamed or later.unnamed
         for kind in ("blocks", "geometry", "materials", "images", "worlds"):
             setattr(both, kind, getattr(self, kind) | getattr(later, kind))
         return both
@@ -92,7 +95,7 @@ class Updates:
     def image_changed(self, uid: int, in_memory: bool) -> bool:
         """Whether an image's pixels may have changed. `in_memory`: there is no file that they could be read from."""
         if self.trusted:
-            return uid in self.images
+            return uid in self.images or (in_memory and self.unnamed)
         return self._edited(uid) or (in_memory and not self.next_frame)
 
     def _edited(self, *uids: int) -> bool:
