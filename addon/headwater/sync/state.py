@@ -68,7 +68,7 @@ class SceneSync:
         self.camera = CameraSync(scene, notes)
         self._complete = False
         self._last_edit = 0
-        self._groups: dict[int, _KnownGroup] = {}  # by session_uid of the object
+        self._groups: dict[tuple[int, int], _KnownGroup | None] = {}  # by session_uid of object and instancer
         self._layers = None  # what layer collections said about their objects
 
     def sync(
@@ -189,10 +189,10 @@ def _layer_flags(collection) -> tuple:
 
 @dataclass
 class _KnownGroup:
-    """The group of an object that no instancer made, as long as the object and its data stay as they are."""
+    """The group of an object, as long as the object, its instancer and its data stay as they are."""
 
     group: Group
-    uids: tuple[int, int]  # session_uid of the object and of its data
+    uids: tuple[int, int, int]  # session_uid of the object, of its instancer (0: none) and of its data
     mesh_key: tuple
     slot_count: int
 
@@ -206,12 +206,12 @@ class _Frame:
         self._wanted = state.materials.attributes
         self._keys: dict[int, tuple] = {}  # data pointer → mesh key, within this sync only
         self._taken: set[tuple] = set()
-        self._remembered: dict[int, _KnownGroup] = {}
+        self._remembered: dict[tuple[int, int], _KnownGroup | None] = {}
 
     def enter(self, row, obj, data, parent) -> Group:
         """The group of an instance seen for the first time (instance.Row); exports its mesh if need be."""
         kind = obj.type
-        known = self._known(obj, data) if parent is None else None
+        known = self._known(obj, data, parent)
         if known is not None:
             return known
         if kind == "LIGHT":
@@ -225,9 +225,9 @@ class _Frame:
             self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')")
         return Group("")
 
-    def _known(self, obj, data) -> Group | None:
+    def _known(self, obj, data, parent) -> Group | None:
         """The last sync's group of an object that Blender says is untouched since; None: look at it."""
-        found = self._state._groups.get(obj.original.session_uid)
+        found = self._state._groups.get(self._uids(obj, parent))
         if found is None or not self._updates.untouched(*found.uids):
             return None
         group, meshes = found.group, self._state.meshes
@@ -237,14 +237,17 @@ class _Frame:
                 return None
             self._taken.add(key)
             self._keys[data.as_pointer()] = key
-        self._remembered[found.uids[0]] = found
+        self._remembered[found.uids[:2]] = found
         return group
 
     def _remember(self, group: Group, obj, data, parent) -> Group:
-        if parent is None and (group.kind == "LIGHT" or group.mesh is not None):
-            uids = (obj.original.session_uid, obj.original.data.session_uid)
+        obj_uid, parent_uid = self._uids(obj, parent)
+        # Geometry nodes make several parts of one object: nothing tells which is which.
+        if obj_uid != parent_uid and (group.kind == "LIGHT" or group.mesh is not None):
+            uids = (obj_uid, parent_uid, obj.original.data.session_uid)
             key, slot_count = (self._keys[data.as_pointer()], _slot_count(obj, data)) if group.mesh else ((), 0)
-            self._remembered[uids[0]] = _KnownGroup(group, uids, key, slot_count)
+            again = uids[:2] in self._remembered  # two of one name: neither is known next time
+            self._remembered[uids[:2]] = None if again else _KnownGroup(group, uids, key, slot_count)
         return group
 
     @staticmethod
