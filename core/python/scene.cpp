@@ -52,7 +52,29 @@ std::uint32_t take_domain(nb::handle value, const std::string& what) {
   throw nb::value_error((what + ": the domain must be \"vertex\", \"corner\" or \"face\"").c_str());
 }
 
-AttributeData take_attribute(nb::handle value, const std::string& label) {
+// An array whose type and shape were looked at, and the vector it is copied to. No array: None was given.
+template <class T>
+struct PendingCopy {
+  AnyArray from;
+  std::vector<T>* to = nullptr;
+
+  std::size_t bytes() const { return to ? from.size() * sizeof(T) : 0; }
+  void run() const {
+    if (!to) return;
+    const T* data = static_cast<const T*>(from.data());
+    to->assign(data, data + from.size());
+  }
+};
+
+template <class T>
+PendingCopy<T> look(nb::handle value, std::initializer_list<std::int64_t> shape, const std::string& what,
+                    std::vector<T>& to) {
+  if (value.is_none()) return {};
+  return {take<T>(value, shape, what), &to};
+}
+
+// An attribute without its values, and the array they are in.
+AttributeData take_attribute(nb::handle value, const std::string& label, AnyArray& values) {
   nb::tuple entry;
   if (!nb::try_cast<nb::tuple>(value, entry) || entry.size() != 3 || !nb::isinstance<nb::str>(entry[0]))
     throw nb::type_error((label + ": attributes must be a list of (name, domain, array)").c_str());
@@ -60,18 +82,21 @@ AttributeData take_attribute(nb::handle value, const std::string& label) {
   attribute.name = nb::cast<std::string>(entry[0]);
   const std::string what = label + ": attribute \"" + attribute.name + "\"";
   attribute.domain = take_domain(entry[1], what);
-  const AnyArray shape = any_array(entry[2], what);
-  if (shape.ndim() == 1) {
+  if (any_array(entry[2], what).ndim() == 1) {
     attribute.components = 1;
-    attribute.data = copy<float>(entry[2], {kAny}, what);
+    values = take<float>(entry[2], {kAny}, what);
   } else {
-    attribute.data = copy<float>(entry[2], {kAny, kAny}, what);
-    if (shape.shape(1) < 1 || shape.shape(1) > 4)
-      throw nb::value_error((what + " must have shape (N,) or (N, 1 to 4), not " + shape_text(shape)).c_str());
-    attribute.components = static_cast<std::uint32_t>(shape.shape(1));
+    values = take<float>(entry[2], {kAny, kAny}, what);
+    if (values.shape(1) < 1 || values.shape(1) > 4)
+      throw nb::value_error((what + " must have shape (N,) or (N, 1 to 4), not " + shape_text(values)).c_str());
+    attribute.components = static_cast<std::uint32_t>(values.shape(1));
   }
   return attribute;
 }
+
+// From this size on, a mesh is copied and checked without the GIL. For smaller ones it is kept: getting it back from a
+// thread that runs Python takes up to 5 ms (sys.getswitchinterval()), in which 10 MiB are copied.
+constexpr std::size_t kBytesWithoutGil = std::size_t{4} << 20;
 
 void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positions, nb::object tri_vertices,
                  nb::object tri_corners, nb::object normals, nb::object tri_slots, nb::object attributes,
@@ -79,19 +104,30 @@ void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positi
   const std::string label = scene_label("mesh", name, id);
   MeshData mesh;
   mesh.name = name;
+  mesh.default_uv = default_uv;
   // Every array's type and shape is looked at before the first is copied.
   take<float>(positions, {kAny, 3}, label + ": positions");
   take<std::uint32_t>(tri_vertices, {kAny, 3}, label + ": tri_vertices");
-  if (!normals.is_none()) take<float>(normals, {kAny, 3}, label + ": normals");
-  if (!tri_slots.is_none()) take<std::uint8_t>(tri_slots, {kAny}, label + ": tri_slots");
-  mesh.tri_corners = copy<std::uint32_t>(tri_corners, {kAny, 3}, label + ": tri_corners");
-  mesh.positions = copy<float>(positions, {kAny, 3}, label + ": positions");
-  mesh.tri_vertices = copy<std::uint32_t>(tri_vertices, {kAny, 3}, label + ": tri_vertices");
-  mesh.normals = copy<float>(normals, {kAny, 3}, label + ": normals");
-  mesh.tri_slots = copy<std::uint8_t>(tri_slots, {kAny}, label + ": tri_slots");
-  if (!attributes.is_none())
-    for (nb::handle attribute : attributes) mesh.attributes.push_back(take_attribute(attribute, label));
-  mesh.default_uv = default_uv;
+  std::vector<PendingCopy<float>> floats = {look(positions, {kAny, 3}, label + ": positions", mesh.positions),
+                                            look(normals, {kAny, 3}, label + ": normals", mesh.normals)};
+  const std::vector<PendingCopy<std::uint32_t>> indices = {
+      look(tri_vertices, {kAny, 3}, label + ": tri_vertices", mesh.tri_vertices),
+      look(tri_corners, {kAny, 3}, label + ": tri_corners", mesh.tri_corners)};
+  const PendingCopy<std::uint8_t> slots = look(tri_slots, {kAny}, label + ": tri_slots", mesh.tri_slots);
+  if (!attributes.is_none()) {
+    std::vector<AnyArray> values;
+    for (nb::handle attribute : attributes)
+      mesh.attributes.push_back(take_attribute(attribute, label, values.emplace_back()));
+    for (std::size_t i = 0; i < values.size(); ++i) floats.push_back({values[i], &mesh.attributes[i].data});
+  }
+  std::size_t bytes = slots.bytes();
+  for (const auto& copy : floats) bytes += copy.bytes();
+  for (const auto& copy : indices) bytes += copy.bytes();
+  std::optional<nb::gil_scoped_release> released;
+  if (bytes >= kBytesWithoutGil) released.emplace();
+  for (const auto& copy : floats) copy.run();
+  for (const auto& copy : indices) copy.run();
+  slots.run();
   scene.upsert_mesh(id, std::move(mesh));
 }
 

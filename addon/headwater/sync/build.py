@@ -1,40 +1,68 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edits of the core's scene on a first sync, with uploads and BVH builds beside them on another thread.
 
-The core's scene belongs to one thread at a time: while a build runs, edits wait in a queue. The main thread never waits
-for a build but at the end, so that Blender computes normals and decodes images meanwhile.
+The core's scene belongs to one thread at a time. From the first build until `finish` it is the builder's: edits wait in
+a queue, which the builder makes before each build. The main thread never waits for it but at the end, so that Blender
+computes normals and decodes images meanwhile.
 """
 
+import queue
 import threading
+from collections import deque
 
 FIRST_BATCH = 100_000  # triangles that are worth a build of their own; doubles each time, so that builds stay few
 LAST_BATCH = 20_000  # triangles for which the last build is begun before the images are decoded
 
 
-class Worker:
-    """Runs a function of the core, which releases the GIL, on its own thread."""
+class _Builder:
+    """A thread that makes batches of edits and calls `build` after each. The first error ends its work."""
 
-    def __init__(self, work):
-        self._work, self._result, self._error = work, {}, None
+    def __init__(self, build):
+        self._build, self._error = build, None
+        self._batches: queue.SimpleQueue = queue.SimpleQueue()  # deques of edits; None: the end
+        self._given = self._done = 0
+        self.built: list[dict] = []  # what the builds returned
         self._thread = threading.Thread(target=self._run, name="Headwater build")
         self._thread.start()
 
-    def _run(self):
-        try:
-            self._result = self._work()
-        except BaseException as error:
-            self._error = error
-
     @property
     def busy(self) -> bool:
-        return self._thread.is_alive()
+        return self._done < self._given
 
-    def join(self) -> dict:
-        """What the function returned; raises what it raised."""
+    def give(self, edits: deque) -> None:
+        self._given += 1
+        self._batches.put(edits)
+
+    def join(self) -> None:
+        """Waits for all batches; raises what the first that failed raised."""
+        self._batches.put(None)
         self._thread.join()
         if self._error is not None:
             raise self._error
-        return self._result
+
+    def stop(self) -> None:
+        """Waits for the call that is under way; forgets the rest and all errors."""
+        self._error = self._error or InterruptedError()
+        self._batches.put(None)
+        self._thread.join()
+
+    def _run(self):
+        while (edits := self._batches.get()) is not None:
+            try:
+                self._make(edits)
+            except BaseException as error:
+                self._error = self._error or error
+            self._done += 1
+
+    def _make(self, edits: deque) -> None:
+        while edits and self._error is None:
+            _call(*edits.popleft())  # forgotten once made: its arrays are as large as the core's own
+        if self._error is None:
+            self.built.append(self._build())
+
+
+def _call(call, arguments, settings) -> None:
+    call(*arguments, **settings)
 
 
 class Edits:
@@ -42,10 +70,10 @@ class Edits:
 
     def __init__(self, scene, build=None):
         self._scene, self._build = scene, build
-        self._waiting: list = []
+        self._waiting: deque = deque()
         self._triangles, self._batch = 0, FIRST_BATCH
-        self._worker: Worker | None = None
-        self.built: list[dict] = []  # what the builds returned
+        self._builder: _Builder | None = None
+        self.built: list[dict] = []  # what the builds returned, after `finish`
 
     @property
     def early(self) -> bool:
@@ -55,8 +83,9 @@ class Edits:
     def upsert_mesh(self, number, name, positions, tri_vertices, **rest) -> None:
         self._edit(self._scene.upsert_mesh, number, name, positions, tri_vertices, **rest)
         self._triangles += len(tri_vertices)
-        if self.early and self._triangles >= self._batch and not self._is_busy():
+        if self.early and self._triangles >= self._batch and not (self._builder and self._builder.busy):
             self._start()
+            self._batch *= 2
 
     def upsert_instance(self, *arguments, **settings) -> None:
         self._edit(self._scene.upsert_instance, *arguments, **settings)
@@ -64,45 +93,36 @@ class Edits:
     def upsert_instances(self, *arguments, **settings) -> None:
         self._edit(self._scene.upsert_instances, *arguments, **settings)
 
-    def finish(self) -> None:
-        """Waits for the build and sends what waited: the scene is the main thread's again."""
-        self._flush()
-
     def start_last(self) -> None:
-        """Begins a build of everything so far; `finish` ends it."""
+        """Asks for a build of everything so far, after the one that is under way; `finish` ends it."""
         if self.early and self._triangles >= LAST_BATCH:
             self._start()
 
+    def finish(self) -> None:
+        """Waits for the builds and sends what still waits: the scene is the main thread's again."""
+        builder, self._builder = self._builder, None
+        if builder is not None:
+            builder.join()
+            self.built += builder.built
+        while self._waiting:
+            _call(*self._waiting.popleft())
+
     def abandon(self) -> None:
         """After an error or Esc: ends the build, forgets the rest."""
-        self._waiting = []
-        if self._worker is not None:
-            try:
-                self._worker.join()
-            except Exception:
-                pass  # the error that brought us here is the one to tell
-            self._worker = None
+        self._waiting.clear()
+        builder, self._builder = self._builder, None
+        if builder is not None:
+            builder.stop()  # the error that brought us here is the one to tell
 
     def _edit(self, call, *arguments, **settings) -> None:
-        if self._is_busy():
+        if self._builder is not None:
             self._waiting.append((call, arguments, settings))
-            return
-        self._flush()
-        call(*arguments, **settings)
-
-    def _is_busy(self) -> bool:
-        return self._worker is not None and self._worker.busy
-
-    def _flush(self) -> None:
-        if self._worker is not None:
-            worker, self._worker = self._worker, None
-            self.built.append(worker.join())
-        waiting, self._waiting = self._waiting, []
-        for call, arguments, settings in waiting:
+        else:
             call(*arguments, **settings)
 
     def _start(self) -> None:
-        self._flush()
+        if self._builder is None:
+            self._builder = _Builder(self._build)
+        edits, self._waiting = self._waiting, deque()
         self._triangles = 0
-        self._batch *= 2
-        self._worker = Worker(self._build)
+        self._builder.give(edits)
