@@ -55,16 +55,27 @@ def test_edits_wait_while_a_build_runs(tmp_path):
         queue.upsert_mesh(6, "a", None, triangles)
         try: queue.finish()
         except MemoryError as error: errors.append(str(error))
+        go.clear()
+        scene, queue = edits(go)
+        queue.upsert_mesh(8, "a", None, triangles)
+        queue.upsert_mesh(9, "b", None, triangles)
+        queue.start_last()
+        waited = list(scene.log)
+        go.set()
+        queue.finish()
+        last = [list(scene.log), list(queue.built)]
         straight = build.Edits(scene)
         straight.upsert_mesh(7, "a", None, triangles)
         straight.start_last(); straight.finish()
-        show(during=during, after=after, built=built, small=small, errors=errors, straight=scene.log[-1],
+        show(waited=waited, last=last, during=during, after=after, built=built, small=small, errors=errors, straight=scene.log[-1],
              threads=threading.active_count())
         """.replace("headwater_addon_name", _module()),
         tmp_path,
     )
     assert facts["during"] == [1] and facts["after"] == [1, -1, 2]
     assert facts["built"] == [{"meshes": 1}], "one build, of what was there when it began"
+    assert facts["waited"] == [8], "the last build is asked for, not waited for"
+    assert facts["last"] == [[8, 9], [{"meshes": 1}, {"meshes": 2}]]
     assert facts["small"] == 0, "not worth a build of its own"
     assert facts["errors"] == ["bad mesh", "no room"]
     assert facts["straight"] == 7 and facts["threads"] == 1
