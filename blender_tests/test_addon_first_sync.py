@@ -67,8 +67,8 @@ def test_edits_wait_while_a_build_runs(tmp_path):
         straight = build.Edits(scene)
         straight.upsert_mesh(7, "a", None, triangles)
         straight.start_last(); straight.finish()
-        show(waited=waited, last=last, during=during, after=after, built=built, small=small, errors=errors, straight=scene.log[-1],
-             threads=threading.active_count())
+        show(waited=waited, last=last, during=during, after=after, built=built, small=small, errors=errors,
+             straight=scene.log[-1], threads=threading.active_count())
         """.replace("headwater_addon_name", _module()),
         tmp_path,
     )
