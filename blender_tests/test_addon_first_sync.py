@@ -20,6 +20,10 @@ def test_edits_wait_while_a_build_runs(tmp_path):
             def upsert_instance(self, number, *rest):
                 assert not self.building
                 self.log.append(-number)
+        def queued(scene, work=None):
+            queue = build.Edits(scene)
+            queue.begin(work)
+            return queue
         def edits(go):
             scene = Scene()
             def work():
@@ -27,7 +31,7 @@ def test_edits_wait_while_a_build_runs(tmp_path):
                 go.wait(20)
                 scene.building = False
                 return {"meshes": len(scene.log)}
-            return scene, build.Edits(scene, work)
+            return scene, queued(scene, work)
         triangles = np.zeros((12, 3))
         go = threading.Event()
         scene, queue = edits(go)
@@ -51,7 +55,7 @@ def test_edits_wait_while_a_build_runs(tmp_path):
         except ValueError as error: errors.append(str(error))
         queue.abandon()
         def fail(): raise MemoryError("no room")
-        queue = build.Edits(Scene(), fail)
+        queue = queued(Scene(), fail)
         queue.upsert_mesh(6, "a", None, triangles)
         try: queue.finish()
         except MemoryError as error: errors.append(str(error))
@@ -61,10 +65,11 @@ def test_edits_wait_while_a_build_runs(tmp_path):
         queue.upsert_mesh(9, "b", None, triangles)
         queue.start_last()
         waited = list(scene.log)
+        queue.upsert_instance(9, 9)
         go.set()
         queue.finish()
         last = [list(scene.log), list(queue.built)]
-        straight = build.Edits(scene)
+        straight = queued(scene)
         straight.upsert_mesh(7, "a", None, triangles)
         straight.start_last(); straight.finish()
         show(waited=waited, last=last, during=during, after=after, built=built, small=small, errors=errors,
@@ -75,7 +80,7 @@ def test_edits_wait_while_a_build_runs(tmp_path):
     assert facts["during"] == [1] and facts["after"] == [1, -1, 2]
     assert facts["built"] == [{"meshes": 1}], "one build, of what was there when it began"
     assert facts["waited"] == [8], "the last build is asked for, not waited for"
-    assert facts["last"] == [[8, 9], [{"meshes": 1}, {"meshes": 2}]]
+    assert facts["last"] == [[8, 9, -9], [{"meshes": 1}, {"meshes": 2}]]
     assert facts["small"] == 0, "not worth a build of its own"
     assert facts["errors"] == ["bad mesh", "no room"]
     assert facts["straight"] == 7 and facts["threads"] == 1
@@ -85,6 +90,111 @@ def _module() -> str:
     import headwater.blender
 
     return headwater.blender.MODULE
+
+
+# A scene of seven small objects whose first build goes on until the last of them has been read.
+_LONG_BUILD = """
+import importlib, threading, time
+module = lambda name: importlib.import_module(hb.MODULE + name)
+build, state, problems = module(".sync.build"), module(".sync.state"), module(".sync.problems")
+build.FIRST_BATCH, build.LAST_BATCH = 10, 10**9
+for i in range(6):
+    bpy.ops.mesh.primitive_cube_add(location=(i - 2, -2, 0), size=0.4)
+    bpy.context.object.name, bpy.context.object.data.name = f"Object {i}", f"Data {i}"
+building, read = threading.Event(), threading.Event()
+class Scene(core.Scene):
+    "One that is edited and committed by one thread at a time, and refuses a mesh."
+    refused, clashes, user = "", [], None
+    def __getattribute__(self, name):
+        found = super().__getattribute__(name)
+        return guarded(name, found) if name.startswith(("upsert", "remove", "set_")) else found
+def guarded(name, call):
+    def edit(*arguments, **settings):
+        me = threading.get_ident()
+        if Scene.user not in (None, me): Scene.clashes.append((name, str(arguments[1])))
+        before, Scene.user = Scene.user, me
+        try:
+            if name == "upsert_mesh" and arguments[1] == Scene.refused: raise core.SceneError("a mesh too many")
+            return call(*arguments, **settings)
+        finally: Scene.user = before
+    return edit
+core.Scene = Scene
+builds = []
+class Session(core.Session):
+    def sync(self):
+        if not self.edits: guarded("sync", lambda *_: building.set() or read.wait(20))("build", "build")
+        return super().sync()
+core.Session = Session
+give = build._Builder.give
+build._Builder.give = lambda *arguments: give(*arguments) or building.wait(20)
+collect = state.instances.collect
+def collected(*arguments):
+    try: return collect(*arguments)
+    finally: read.set()
+state.instances.collect = collected
+"""
+
+
+def test_nothing_edits_the_scene_while_it_is_built(tmp_path):
+    facts = run(
+        _LONG_BUILD
+        + """
+bpy.ops.render.render()
+fake = core.sessions[-1].scene
+show(clashes=Scene.clashes, materials=[len(fake.named("instances", f"Object {i}")[0]["materials"]) for i in range(6)],
+     defaults=len(fake.named("materials", "Default")), builds=len(core.sessions[-1].edits))
+""",
+        tmp_path,
+    )
+    assert facts["builds"] == 2, "one beside the reading, one after it"
+    assert facts["defaults"] == 1 and facts["materials"] == [1] * 6, "empty slots' material came up during the build"
+    assert facts["clashes"] == []
+
+
+def test_an_edit_refused_while_it_waited_names_its_object_and_is_made_again(tmp_path):
+    facts = run(
+        _LONG_BUILD
+        + """
+final = module(".final")
+scene.render.use_persistent_data = True
+Scene.refused = "Data 3"
+try: bpy.ops.render.render()
+except RuntimeError: pass
+error = final.last_error
+Scene.refused = ""
+bpy.ops.render.render()
+fake = core.sessions[-1].scene
+show(error=error, then=final.last_error, meshes=sorted(mesh["name"] for mesh in fake.meshes.values()),
+     instances=len(fake.instances), sessions=len(core.sessions), clashes=Scene.clashes)
+""",
+        tmp_path,
+    )
+    assert facts["error"].endswith("Object 'Object 3': a mesh too many")
+    assert facts["then"] == "" and facts["instances"] == 7
+    assert facts["meshes"] == ["Cube", *(f"Data {i}" for i in range(6))]
+    assert facts["sessions"] == 2, "what came of the refused scene is not used again"
+    assert facts["clashes"] == []
+
+
+def test_a_first_sync_that_was_cancelled_is_not_gone_on_with(tmp_path):
+    facts = run(
+        _LONG_BUILD
+        + """
+def breathe():
+    if made.meshes.uploaded > 3: raise problems.Cancelled
+def cancelled(building):
+    global made
+    made = state.SceneSync(core)
+    read.clear()
+    session = core.Session(core.Context(), made.scene)
+    try: made.sync(bpy.context.evaluated_depsgraph_get(), False, breathe, build=session.sync if building else None)
+    except problems.Cancelled: return made.usable
+straight, queued = cancelled(False), cancelled(True)
+show(straight=straight, queued=queued, threads=threading.active_count())
+""",
+        tmp_path,
+    )
+    assert facts["straight"] is True and facts["queued"] is False and facts["threads"] == 1
 
 
 _TEXTURED = """

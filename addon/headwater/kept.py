@@ -34,9 +34,9 @@ _kept: dict[tuple, Kept] = {}
 
 
 def get(key: tuple, context) -> Kept:
-    """What is kept under the key, on that context; new where there is none."""
+    """What is kept under the key, on that context; new where there is none that can go on."""
     found = _kept.get(key)
-    if found is None or found.context is not context:
+    if found is None or found.context is not context or not found.sync.usable:
         for other in [other for other, kept in _kept.items() if kept.context is not context and not kept.busy]:
             drop(other)  # the device changed
         found = _kept[key] = Kept(context)

@@ -2,13 +2,16 @@
 """Edits of the core's scene on a first sync, with uploads and BVH builds beside them on another thread.
 
 The core's scene belongs to one thread at a time. From the first build until `finish` it is the builder's: edits wait in
-a queue, which the builder makes before each build. The main thread never waits for it but at the end, so that Blender
+a queue, which the builder makes before each build. The thread that syncs waits for it at the end only, so that Blender
 computes normals and decodes images meanwhile.
 """
 
 import queue
 import threading
 from collections import deque
+from functools import partial
+
+from .problems import naming_as_here
 
 FIRST_BATCH = 100_000  # triangles that are worth a build of their own; doubles each time, so that builds stay few
 LAST_BATCH = 20_000  # triangles for which the last build is begun before the images are decoded
@@ -49,30 +52,39 @@ class _Builder:
     def _run(self):
         while (edits := self._batches.get()) is not None:
             try:
-                self._make(edits)
+                self._work(edits)
             except BaseException as error:
                 self._error = self._error or error
             self._done += 1
 
-    def _make(self, edits: deque) -> None:
+    def _work(self, edits: deque) -> None:
         while edits and self._error is None:
-            _call(*edits.popleft())  # forgotten once made: its arrays are as large as the core's own
+            _make(*edits.popleft())  # forgotten once made: its arrays are as large as the core's own
         if self._error is None:
             self.built.append(self._build())
 
 
-def _call(call, arguments, settings) -> None:
-    call(*arguments, **settings)
+def _make(named, call, arguments, settings) -> None:
+    with named:
+        call(*arguments, **settings)
 
 
 class Edits:
-    """Takes the core scene's edits of meshes and instances. `build`: Session.sync; None: edits pass straight on."""
+    """The core's scene as the parts of a sync have it: all their edits come here, so that none meets the builder's.
 
-    def __init__(self, scene, build=None):
-        self._scene, self._build = scene, build
+    Edits keep their order. What they return is lost; one that is refused while it waits raises in `finish`.
+    """
+
+    def __init__(self, scene):
+        self._scene = scene
+        self._builder: _Builder | None = None
+        self.begin(None)
+
+    def begin(self, build) -> None:
+        """Before a sync. `build`: Session.sync, called on the other thread; None: edits pass straight on."""
+        self._build = build
         self._waiting: deque = deque()
         self._triangles, self._batch = 0, FIRST_BATCH
-        self._builder: _Builder | None = None
         self.built: list[dict] = []  # what the builds returned, after `finish`
 
     @property
@@ -87,11 +99,14 @@ class Edits:
             self._start()
             self._batch *= 2
 
-    def upsert_instance(self, *arguments, **settings) -> None:
-        self._edit(self._scene.upsert_instance, *arguments, **settings)
+    def has_mesh(self, number: int) -> bool:
+        """Asked between `finish` and the next sync's first build."""
+        assert self._builder is None, "the scene is the builder's"
+        return self._scene.has_mesh(number)
 
-    def upsert_instances(self, *arguments, **settings) -> None:
-        self._edit(self._scene.upsert_instances, *arguments, **settings)
+    def __getattr__(self, name: str):
+        """All other edits of core.Scene."""
+        return partial(self._edit, getattr(self._scene, name))
 
     def start_last(self) -> None:
         """Asks for a build of everything so far, after the one that is under way; `finish` ends it."""
@@ -99,16 +114,16 @@ class Edits:
             self._start()
 
     def finish(self) -> None:
-        """Waits for the builds and sends what still waits: the scene is the main thread's again."""
+        """Waits for the builds and sends what still waits: the scene is this thread's again."""
         builder, self._builder = self._builder, None
         if builder is not None:
             builder.join()
             self.built += builder.built
         while self._waiting:
-            _call(*self._waiting.popleft())
+            _make(*self._waiting.popleft())
 
     def abandon(self) -> None:
-        """After an error or Esc: ends the build, forgets the rest."""
+        """After an error or Esc: ends the build, forgets the rest. The scene may then lack what the sync sent."""
         self._waiting.clear()
         builder, self._builder = self._builder, None
         if builder is not None:
@@ -116,7 +131,7 @@ class Edits:
 
     def _edit(self, call, *arguments, **settings) -> None:
         if self._builder is not None:
-            self._waiting.append((call, arguments, settings))
+            self._waiting.append((naming_as_here(), call, arguments, settings))
         else:
             call(*arguments, **settings)
 

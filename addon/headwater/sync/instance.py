@@ -204,13 +204,12 @@ class InstanceSync:
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._batches: dict[tuple, _Batch] = {}
-        self.edits = scene  # where edits go: build.Edits
         self.count = 0
         self._last: Collected | None = None
 
     def send_early(self, group: Group, row: Row) -> None:
         """Sends an object's own instance before `sync` knows all of them, where that is of use."""
-        if self.edits.early and group.mesh.triangles and np.isfinite(row.matrices).all():
+        if self._scene.early and group.mesh.triangles and np.isfinite(row.matrices).all():
             self._sync_batch(group.key, group, row.matrices, row.random_ids, row.keys)
 
     def sync(self, collected: Collected, breathe) -> None:
@@ -289,7 +288,7 @@ class InstanceSync:
     def _send(self, batch: _Batch, group: Group, matrices, random_ids) -> None:
         settings = dict(group.settings, moves=batch.moves)
         if group.single and len(matrices) == 1:
-            self.edits.upsert_instance(
+            self._scene.upsert_instance(
                 batch.first + int(batch.slots[0]),
                 group.mesh.id,
                 matrices[0],
@@ -302,7 +301,7 @@ class InstanceSync:
         slots = batch.slots[order]
         runs = np.flatnonzero(np.diff(slots) != 1) + 1
         for run in np.split(order, runs):
-            self.edits.upsert_instances(
+            self._scene.upsert_instances(
                 batch.first + int(batch.slots[run[0]]),
                 group.mesh.id,
                 np.ascontiguousarray(matrices[run]),

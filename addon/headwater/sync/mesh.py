@@ -208,7 +208,6 @@ class MeshSync:
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._records: dict[tuple, MeshRecord] = {}
-        self.edits = scene  # where meshes go: build.Edits
         self.compare = True  # False: the scene is synced once only, so digests are not worth their time
         self.uploaded = 0
 
@@ -273,7 +272,7 @@ class MeshSync:
             if not len(vertices):
                 return 0
         names = [name for name, _, _ in attributes]
-        self.edits.upsert_mesh(
+        self._scene.upsert_mesh(
             record.id,
             mesh.name,
             positions,

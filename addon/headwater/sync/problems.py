@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What goes wrong in a sync: errors that end it, and notes that the artist is told once."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
+
+_innermost: ContextVar = ContextVar("headwater_naming", default=None)  # (kind, name) of this thread's innermost naming
 
 
 class SyncError(Exception):
@@ -15,6 +18,7 @@ class Cancelled(Exception):
 @contextmanager
 def naming(kind: str, name: str):
     """Errors inside become SyncError naming the thing at hand; SyncError and Cancelled pass as they are."""
+    outer = _innermost.set((kind, name))
     try:
         yield
     except (SyncError, Cancelled):
@@ -24,6 +28,14 @@ def naming(kind: str, name: str):
         # The core's SceneError names the object itself.
         named = f'"{name}"' in text or f"'{name}'" in text
         raise SyncError(text if named else f"{kind} '{name}': {text}") from error
+    finally:
+        _innermost.reset(outer)
+
+
+def naming_as_here():
+    """The innermost `naming` around the caller, to be entered once: later, or on another thread."""
+    named = _innermost.get()
+    return nullcontext() if named is None else naming(*named)
 
 
 class Notes:

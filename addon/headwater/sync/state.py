@@ -58,14 +58,16 @@ class SceneSync:
         self._flags = core.flags
         self._ids = Ids()
         self._sync = 0
-        scene, ids, notes = self.scene, self._ids, self.notes
-        self.images = ImageSync(scene, ids, notes)
-        self.materials = MaterialSync(scene, ids, notes, self.images, compile_material)
-        self.meshes = MeshSync(scene, ids, notes)
-        self.instances = InstanceSync(scene, ids, notes)
-        self.lights = LightSync(scene, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add))
-        self.world = WorldSync(scene, ids, notes, self._flags, self.images, compile_world)
-        self.camera = CameraSync(scene, notes)
+        edits, ids, notes = Edits(self.scene), self._ids, self.notes
+        self._edits = edits  # none of the parts has the scene itself
+        self.images = ImageSync(edits, ids, notes)
+        self.materials = MaterialSync(edits, ids, notes, self.images, compile_material)
+        self.meshes = MeshSync(edits, ids, notes)
+        self.instances = InstanceSync(edits, ids, notes)
+        self.lights = LightSync(edits, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add))
+        self.world = WorldSync(edits, ids, notes, self._flags, self.images, compile_world)
+        self.camera = CameraSync(edits, notes)
+        self.usable = True  # False: edits were forgotten, so the core's scene may lack what the parts believe it has
         self._complete = False
         self._last_edit = 0
         self._groups: dict[tuple[int, int], _KnownGroup | None] = {}  # by session_uid of object and instancer
@@ -91,7 +93,8 @@ class SceneSync:
         result's "early" is the sum of what it returned (seconds that lie within the export's).
         `updates`: what changed, in place of what the graph says now. `space`: the 3D viewport that decides what is
         seen, besides the scene.
-        `breathe()` is called often and may raise Cancelled; the next sync then compares everything.
+        `breathe()` is called often and may raise Cancelled; the next sync then compares everything, or is another
+        SceneSync's, if this one is no longer `usable`.
         """
         start = time.perf_counter()
         if updates is None or not self._complete:
@@ -100,6 +103,8 @@ class SceneSync:
         self._last_edit = edits_so_far()
         self._complete = False
         self._sync += 1
+        # With nothing synced before, further commits in this frame cannot take motion away.
+        self._edits.begin(build if self._sync == 1 else None)
         self.meshes.uploaded, self.meshes.compare = 0, not once
         view_layer = depsgraph.view_layer_eval
         self.images.begin(updates)
@@ -110,16 +115,14 @@ class SceneSync:
         self.materials.sync(depsgraph)
         after_materials = time.perf_counter()
 
-        # With nothing synced before, further commits in this frame cannot take motion away.
-        edits = Edits(self.scene, build if self._sync == 1 else None)
-        self.meshes.edits = self.instances.edits = edits
         try:
-            return self._sync_objects(depsgraph, updates, space, breathe, edits, (start, after_materials))
+            return self._sync_objects(depsgraph, updates, space, breathe, (start, after_materials))
         except BaseException:
-            edits.abandon()
+            self.usable = not self._edits.early
+            self._edits.abandon()
             raise
 
-    def _sync_objects(self, depsgraph, updates, space, breathe, edits: Edits, times) -> dict:
+    def _sync_objects(self, depsgraph, updates, space, breathe, times) -> dict:
         start, after_materials = times
         self.lights.begin()
         frame = _Frame(self, updates, depsgraph.view_layer)
@@ -131,10 +134,10 @@ class SceneSync:
         after_meshes = time.perf_counter()
 
         self.instances.sync(collected, breathe)
-        edits.start_last()
+        self._edits.start_last()
         found = self.images.load(breathe)
         after_images = time.perf_counter()
-        edits.finish()
+        self._edits.finish()
         self.images.send(found)
         with naming("World", self.world.name):
             self.world.apply()
@@ -160,7 +163,7 @@ class SceneSync:
             "instances": self.instances.count,
             "lights": self.lights.count,
             "meshes_uploaded": self.meshes.uploaded,
-            "early": _sum(edits.built),
+            "early": _sum(self._edits.built),
         }
 
     def _place_lights(self, group: Group, number: int, collected) -> None:
