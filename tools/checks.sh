@@ -104,29 +104,6 @@ run_tests() {
 # A shell of its own: where it can't be made, the other tests run still.
 package_apart() { (package); }
 
-# In every launcher of HEADWATER_BLENDERS (CONTRIBUTING.md): the extension's life by blender_tests/real/install.py, then,
-# in a window of a profile with the extension, each *_session.py beside it. What they leave is in out/real.
-blender_sessions() {
-  local launcher session place zip
-  [ -n "${HEADWATER_BLENDERS:-}" ] || die "test --blender: HEADWATER_BLENDERS names no launcher (CONTRIBUTING.md, Tests)"
-  package
-  zip=$(ls "$root"/out/headwater-*-linux-x64.zip)
-  for launcher in $HEADWATER_BLENDERS; do
-    place="$root/out/real/$(basename "$launcher")"
-    rm -rf "$place"
-    checked "install, $(basename "$launcher")" "$py" blender_tests/real/install.py "$launcher" "$zip" "$place/install"
-    mkdir -p "$place/home"
-    checked "profile, $(basename "$launcher")" env BL_HOME="$place/home" "$launcher" \
-      --command extension install-file -r user_default -e "$zip"
-    for session in blender_tests/real/*_session.py; do
-      mkdir -p "$place/$(basename "$session" .py)"
-      checked "$(basename "$session" .py), $(basename "$launcher")" env BL_HOME="$place/home" \
-        timeout --kill-after=10 900 "$launcher" --gui 640x480 --python "$root/$session" -- "$place/$(basename "$session" .py)"
-    done
-  done
-  [ "${#failures[@]}" -eq 0 ] || die "failed: ${failures[*]}"
-}
-
 # validated COMMAND…: fails also where the validation layers spoke while it ran.
 validated() {
   local log="$root/build/logs/validation.log" rc=0

@@ -74,8 +74,11 @@ class Session:
         return path
 
     def left(self) -> list[str]:
-        """What of ours lies in the profile."""
-        return sorted(str(p.relative_to(self.home)) for p in self.home.rglob("*") if "headwater" in p.name.lower())
+        """What of ours lies in the profile: by its name, or in folders that extensions alone fill."""
+        found = {path for path in self.home.rglob("*") if "headwater" in path.name.lower()}
+        for folder in ("site-packages", "extensions/.user"):  # of wheels; of bpy.utils.extension_path_user
+            found.update(path for place in self.home.rglob(folder) for path in place.rglob("*") if path.is_file())
+        return sorted(str(path.relative_to(self.home)) for path in found)
 
 
 def main(launcher: str, zip_path: str, folder: str) -> None:

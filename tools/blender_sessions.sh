@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154,SC2206
+# The extension in real Blenders for ./dev test --blender, sourced by it.
+
+# In every launcher of HEADWATER_BLENDERS, or those that tools/real_blender.sh makes in .deps/blender: the extension's life
+# by blender_tests/real/{install,update}.py, then, in a window of a profile with the extension, each *_session.py beside it. What
+# they leave is in out/real.
+blender_sessions() {
+  local launcher life session place zip launchers=(${HEADWATER_BLENDERS:-})
+  package
+  zip=$(ls -t "$root"/out/headwater-*-linux-x64.zip | head -n 1)
+  if [ "${#launchers[@]}" -eq 0 ]; then
+    run_step "get real Blenders" bash tools/real_blender.sh .deps/blender trixie sid
+    sed -n '/^NO /p' build/logs/get-real-Blenders.log
+    launchers=("$root"/.deps/blender/blender-*)
+  fi
+  for launcher in "${launchers[@]}"; do
+    place="$root/out/real/$(basename "$launcher")"
+    rm -rf "$place"
+    for life in install update; do
+      checked "$life, $(basename "$launcher")" "$py" "blender_tests/real/$life.py" "$launcher" "$zip" "$place/$life"
+    done
+    mkdir -p "$place/home"
+    checked "profile, $(basename "$launcher")" env BL_HOME="$place/home" "$launcher" \
+      --command extension install-file -r user_default -e "$zip"
+    for session in blender_tests/real/*_session.py; do
+      mkdir -p "$place/$(basename "$session" .py)"
+      checked "$(basename "$session" .py), $(basename "$launcher")" env BL_HOME="$place/home" \
+        timeout --kill-after=10 900 "$launcher" --gui 640x480 --python "$root/$session" -- "$place/$(basename "$session" .py)"
+    done
+  done
+  [ "${#failures[@]}" -eq 0 ] || die "failed: ${failures[*]}"
+}
