@@ -48,15 +48,29 @@ def test_manifest_names_what_is_there(unpacked):
 
 def test_libraries_keep_the_promise_of_the_tag(unpacked):
     _, site = unpacked
-    libraries = sorted(site.rglob("*.so"))
+    libraries = sorted(path for path in site.rglob("*.so*") if path.parent.name != "lib")
     assert len(libraries) == 4
     for library in libraries:
         packing.check_library(library)
 
 
+def test_open_image_denoise_is_whole(unpacked):
+    _, site = unpacked
+    folder = site / "headwater" / "oidn" / "lib"
+    if not packing.OIDN.is_dir():
+        pytest.skip("no Open Image Denoise was collected for the package")
+    assert {path.name for path in folder.iterdir()} == {path.name for path in packing.OIDN.iterdir()}
+    libraries = sorted(folder.glob("*.so*"))
+    assert "libOpenImageDenoise.so.2" in [library.name for library in libraries]
+    for library in libraries:
+        packing.check_library(library, {other.name for other in libraries})
+        meets = [name for name in packing.exported(library) if re.match(r"_ZN?K?(3tbb|4oidn)", name)]
+        assert not meets, library.name
+
+
 def test_nothing_can_meet_blenders_own_libraries(unpacked):
     _, site = unpacked
-    for library in site.rglob("*.so"):
+    for library in [*site.glob("headwater/*.so"), *site.glob("headwater/libs/*.so")]:
         names = packing.exported(library)
         if library.name.startswith("_core"):
             assert names == ["PyInit__core"]

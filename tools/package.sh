@@ -14,6 +14,16 @@ fetch_python_headers() {
     run_step "fetch Python 3.13's headers" bash tools/python_headers.sh "$python_headers"
 }
 
+# Open Image Denoise for the wheel, in .deps/oidn.
+collect_oidn() {
+  local key collected="$root/.deps/oidn"
+  [ -f tools/collect_oidn.py ] || return 0
+  key=$(cat tools/collect_oidn.py requirements/constraints.txt | sha256sum)
+  [ "$(cat "$collected.made-of" 2>/dev/null)" != "$key" ] || return 0
+  run_step "collect Open Image Denoise" "$py" tools/collect_oidn.py --out "$collected"
+  printf '%s\n' "$key" >"$collected.made-of"
+}
+
 package() {
   local bpy
   setup demo
@@ -24,6 +34,7 @@ package() {
   run_step "configure the module for Python 3.12 on" \
     cmake -B build/release -DHEADWATER_STABLE_ABI_HEADERS="$python_headers/include"
   build release --target _core_abi3
+  collect_oidn
   bpy=$("$py" -c 'import importlib.util; print(importlib.util.find_spec("bpy").submodule_search_locations[0])')
   step="package"
   "$py" tools/package_extension.py --core311 "$(ls headwater/_core.cpython-311-*.so)" \

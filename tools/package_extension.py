@@ -4,6 +4,8 @@
 
   package_extension.py --core311 FILE --core312 FILE --glm FOLDER --volk FOLDER --blender-ext FILE --out FOLDER
 
+Open Image Denoise is taken from .deps/oidn where tools/collect_oidn.py filled it.
+
 The wheel (docs/decisions/0011-extension-package.md) holds the Python package, the core for Python 3.11 and that for the
 stable ABI of 3.12 on, Embree and TBB, and the notices of what others wrote. Blender's own packager, a script in PyPI's
 bpy, builds and validates the zip.
@@ -34,6 +36,7 @@ ALLOWED = {"GLIBC": (2, 34), "GLIBCXX": (3, 4, 29), "CXXABI": (1, 3, 13), "GCC":
 SYSTEM = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "libstdc++.so.6", "libgcc_s.so.1"}
 SYSTEM |= {"ld-linux-x86-64.so.2"}
 EMBREE, TBB = "libheadwater-embree.so", "libheadwater-tbb.so"
+OIDN = ROOT / ".deps" / "oidn"  # the contents of the wheel's headwater/oidn/lib
 PREFIX = "headwater_"
 STAMP = (1980, 1, 1, 0, 0, 0)  # of every file in a wheel: same contents, same wheel
 
@@ -70,7 +73,7 @@ def linked(core: Path) -> tuple[Path, Path]:
 
 
 def check_library(library: Path, beside=frozenset((EMBREE, TBB))) -> None:
-    """PackageError when a library asks for more than the tag of its wheel promises and the names `beside` it."""
+    """PackageError when a library asks for more than the tag of its wheel promises and the names `beside` it have."""
     for name in needed(library):
         if name not in SYSTEM | beside:
             raise PackageError(f"{library.name} needs {name}, which {PLATFORM} does not promise")
@@ -121,7 +124,7 @@ def write_wheel(folder: Path, version: str, files: dict[str, bytes], licences: d
         for path, data in files.items():
             entry = zipfile.ZipInfo(path, STAMP)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = (0o100755 if path.endswith(".so") else 0o100644) << 16
+            entry.external_attr = (0o100755 if ".so" in path else 0o100644) << 16
             archive.writestr(entry, data)
     return wheel
 
@@ -144,7 +147,7 @@ def inputs_id(core311: Path) -> str:
     places += [*(ROOT / "tools").glob("package*"), core311, *linked(core311)]
     places = [path.resolve() for path in places if path.is_file() and path.suffix != ".pyc"]
     files = {os.path.relpath(path, ROOT): path.read_bytes() for path in places}
-    return contents_id(files | package_files())
+    return contents_id(files | package_files() | denoiser_files())
 
 
 def why_stale(out: Path) -> str:
@@ -156,6 +159,11 @@ def why_stale(out: Path) -> str:
         if archive.comment.decode() != inputs_id(cores[0]):
             return f"{extension.name} is older than what it is made of: ./dev package makes it anew"
     return ""
+
+
+def denoiser_files() -> dict[str, bytes]:
+    """Open Image Denoise as headwater/denoiser.py looks for it in the package; empty where it was not collected."""
+    return {f"headwater/oidn/lib/{path.name}": path.read_bytes() for path in sorted(OIDN.glob("*")) if path.is_file()}
 
 
 def package_files() -> dict[str, bytes]:
@@ -207,7 +215,11 @@ def make_wheel(arguments, stage: Path, wheels: Path) -> None:
         if exported(core) != ["PyInit__core"]:
             raise PackageError(f"{core.name} shows the process more than its entry: {', '.join(exported(core)[:8])}")
 
-    files = package_files()
+    beside = frozenset(path.name for path in OIDN.glob("*.so*"))
+    for name in beside:
+        check_library(OIDN / name, beside)
+
+    files = package_files() | denoiser_files()
     for what, library in places.items():
         folder = "headwater/libs" if what in ("embree", "tbb") else "headwater"
         files[f"{folder}/{library.name}"] = library.read_bytes()
