@@ -132,7 +132,8 @@ def test_all_passes_have_cycles_names_and_channels(tmp_path):
     import fake_core
 
     ids = {"Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "Vector": "XYZW", "UV": "UVA",
-           "Object Index": "X", "Material Index": "X", "Denoising Normal": "XYZ", "Combined": "RGBA"}  # fmt: skip
+           "Object Index": "X", "Material Index": "X", "Denoising Normal": "XYZ", "Denoising Depth": "Z",
+           "Combined": "RGBA"}  # fmt: skip
     names = {name: name for name in fake_core.PASSES}
     if bpy.app.version < (5, 0, 0):
         kinds = {"Diffuse": "Diff", "Glossy": "Gloss", "Transmission": "Trans"}

@@ -141,7 +141,7 @@ def test_constants(core):
     assert "HW_OP_DIFFUSE" in core.material_ops and len(set(core.material_ops.values())) == len(core.material_ops)
     assert core.integrators()[0] == "path" and len(set(core.integrators())) == 6
     names = [name for name, _ in core.all_passes()]
-    assert names[0] == "Combined" and len(names) == len(set(names)) == 22
+    assert names[0] == "Combined" and len(names) == len(set(names)) == 23
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ CENTRE = {"Depth": 1, "Position": 3, "Object Index": 1, "Material Index": 1}
 # The denoising features are noisier: they are taken behind mirrors and rough glass.
 AVERAGED = dict.fromkeys(
     ("Normal", "UV", "Mist", "Emission", "Environment", "Diffuse Color", "Glossy Color", "Transmission Color"), 0.005
-) | {"Denoising Normal": 0.02, "Denoising Albedo": 0.02}
+) | {"Denoising Normal": 0.02, "Denoising Albedo": 0.02, "Denoising Depth": 0.02}
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def still(tmp_path_factory):
 
 
 def test_same_passes(still):
-    assert still["lost"] in ([], ["Denoising Depth"]), "made by Cycles, not by us"
+    assert still["lost"] == [], "made by Cycles, not by us"
     assert all(a == b for a, b in (f["channels"] for f in still["found"].values()))
     for name, facts in still["found"].items():
         assert facts["shown"] > 0.1 or name in ("Transmission Direct",), f"{name}: nothing to compare"
@@ -53,7 +53,8 @@ def test_of_the_centre(still, name):
 @pytest.mark.parametrize("name", AVERAGED)
 def test_averaged(still, name):
     facts = still["found"][name]
-    assert facts["centre"] < 1e-4 and facts["q90"] < AVERAGED[name] and facts["q99"] < 0.05
+    edges = 0.15 if name == "Denoising Depth" else 0.05  # where metres of depth jump to none
+    assert facts["centre"] < 1e-4 and facts["q90"] < AVERAGED[name] and facts["q99"] < edges
     assert facts["mean"] < 5e-4 + 1e-3 * facts["shown"]
 
 

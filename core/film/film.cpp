@@ -23,6 +23,7 @@ const std::vector<PassInfo>& pass_table() {
       {"Material Index", HW_PASS_MATERIAL_INDEX, 1, false, false},
       {"Denoising Normal", HW_PASS_DENOISING_NORMAL, 3, true, false},
       {"Denoising Albedo", HW_PASS_DENOISING_ALBEDO, 3, true, false},
+      {"Denoising Depth", HW_PASS_DENOISING_DEPTH, 1, true, false},
       {"Diffuse Direct", HW_PASS_DIFFUSE_DIRECT, 3, true, true},
       {"Diffuse Indirect", HW_PASS_DIFFUSE_INDIRECT, 3, true, true},
       {"Diffuse Color", HW_PASS_DIFFUSE_COLOR, 3, true, false},
@@ -95,7 +96,8 @@ FilmLayout film_layout(const std::vector<std::string>& names) {
 }
 
 bool FilmLayout::split_paths() const {
-  return light_passes || (mask & (1u << HW_PASS_DENOISING_NORMAL | 1u << HW_PASS_DENOISING_ALBEDO));
+  return light_passes ||
+         (mask & (1u << HW_PASS_DENOISING_NORMAL | 1u << HW_PASS_DENOISING_ALBEDO | 1u << HW_PASS_DENOISING_DEPTH));
 }
 
 Film::Film(Device& device, const FilmLayout& layout, std::uint32_t width, std::uint32_t height)

@@ -83,9 +83,13 @@ void write_share_passes(uint path, PathState state, SurfaceGeometry g, ClosureLi
 
 // Denoising normal and albedo, at the first surface that is not mostly mirror-like: a mirror shows what it reflects.
 // Cycles' rule: at least a quarter of the sample weight must be rough. The normal is in camera space,
-// which looks along +Z there.
+// which looks along +Z there. The depth is that of all the way there, in metres: segments, each weighed by what mirrors
+// before it leave. `segment`: the last one's length.
 // Returns true when they have been written.
-bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
+bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg, float segment) {
+  vec3 feature = SplitArray(HW_FRAME.splits).at[path].feature;
+  if (pass_on(HW_PASS_DENOISING_DEPTH))
+    result_add1(path, HW_PASS_DENOISING_DEPTH, (feature.x + feature.y + feature.z) * (1.0 / 3.0) * segment);
   vec3 normal = vec3(0.0), rough = vec3(0.0), specular = vec3(0.0);
   float weight = 0.0, rough_weight = 0.0;
   bool only_transparent = true;
@@ -102,7 +106,6 @@ bool write_denoising_features(uint path, ClosureList list, ShadingGeometry sg) {
     specular += is_rough ? vec3(0.0) : albedo;
   }
   if (only_transparent && list.count > 0u) return false;
-  vec3 feature = SplitArray(HW_FRAME.splits).at[path].feature;
   if (weight > 0.0 && rough_weight * 4.0 <= weight) {
     SplitArray(HW_FRAME.splits).at[path].feature = feature * specular;
     return false;

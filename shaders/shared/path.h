@@ -30,7 +30,8 @@ HW_CONST uint HW_PASS_TRANSMISSION_INDIRECT = 18u;
 HW_CONST uint HW_PASS_TRANSMISSION_COLOR = 19u;
 HW_CONST uint HW_PASS_EMISSION = 20u;
 HW_CONST uint HW_PASS_ENVIRONMENT = 21u;
-HW_CONST uint HW_PASS_COUNT = 22u;
+HW_CONST uint HW_PASS_DENOISING_DEPTH = 22u;
+HW_CONST uint HW_PASS_COUNT = 23u;
 
 // What a path is doing now. The ray-type bits say what made the current ray, as Cycles' Light Path node reports it.
 HW_CONST uint HW_PATH_CAMERA = 1u;
@@ -127,7 +128,7 @@ struct FrameParams {
   uint seed;
   uint passes;  // bits by HW_PASS_*
   uint film_stride;
-  uint pass_offset[22];
+  uint pass_offset[23];
   uint max_bounces, max_diffuse, max_glossy, max_transmission, max_transparent, min_bounces;
   float clamp_direct, clamp_indirect;  // sums of |rgb|; HW_INFINITY: off
   float filter_glossy;                 // 1 / the setting; HW_INFINITY: off
@@ -140,7 +141,7 @@ struct FrameParams {
   uint frame_flags;                                    // HW_FRAME_*
   ReuseFrame reuse;
 };
-HW_CHECK_SIZE(FrameParams, 584)
+HW_CHECK_SIZE(FrameParams, 592)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

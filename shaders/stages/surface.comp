@@ -95,7 +95,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
 
   if (HW_FEATURE_PASSES) {
     if ((state.flags & HW_PATH_FEATURES_DONE) == 0u) {
-      if (write_denoising_features(path, surface.closures, sg)) state.flags |= HW_PATH_FEATURES_DONE;
+      if (write_denoising_features(path, surface.closures, sg, hit.t - ray.tmin)) state.flags |= HW_PATH_FEATURES_DONE;
     }
   }
 
