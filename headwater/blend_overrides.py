@@ -105,8 +105,9 @@ def _sampling(scene, request):
                 put(request.bounces[setting], theirs)
     if request.no_clamp or request.engine == "cycles":
         put(0.0, "clamp_direct", "clamp_indirect", "sample_clamp_direct", "sample_clamp_indirect")
+    put(request.denoise, "use_denoising")  # the file does not decide: numbers are compared with noisy pictures
     if request.engine == "cycles":
-        put(False, "use_denoising", "use_adaptive_sampling")
+        put(False, "use_adaptive_sampling")
         scene.cycles.device = "CPU"
     else:
         own = scene.headwater
@@ -147,7 +148,12 @@ def has_only_combined(scene) -> bool:
     extra = any(getattr(layer, name) for name in switches) or len(layer.aovs) or len(layer.lightgroups)
     denoising = getattr(getattr(layer, "cycles", None), "denoising_store_passes", False)
     own = getattr(getattr(layer, "headwater", None), "use_pass_denoising", False)
-    return not (extra or denoising or own)
+    return not (extra or denoising or own or denoised(scene))
+
+
+def denoised(scene) -> bool:
+    """Whether the scene's pictures are denoised, so that the noisy ones are a pass of their own."""
+    return any(getattr(getattr(scene, group, None), "use_denoising", False) for group in ("headwater", "cycles"))
 
 
 def _image_format(scene, request):

@@ -9,6 +9,7 @@ import ctypes
 import importlib.util
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -16,7 +17,15 @@ import numpy as np
 
 SONAME = "libOpenImageDenoise.so.2"
 QUALITIES = {"FAST": 4, "BALANCED": 5, "HIGH": 6}  # OIDNQuality
+# As Cycles': NONE trusts the guides as they are; FAST denoises colour and noisy guides together; ACCURATE denoises each
+# guide first, then trusts it.
 PREFILTERS = ("NONE", "FAST", "ACCURATE")
+# Cycles' name for what guides the denoiser -> the render's passes that do, in the order of denoise().
+GUIDES = {
+    "RGB": (),
+    "RGB_ALBEDO": ("Denoising Albedo",),
+    "RGB_ALBEDO_NORMAL": ("Denoising Albedo", "Denoising Normal"),
+}
 
 _DEVICE_CPU = 1
 _FLOAT3 = 3
@@ -41,6 +50,25 @@ _SIGNATURES = {
 }
 
 
+@dataclass(frozen=True)
+class Recipe:
+    """How a picture is denoised, in Cycles' words: keys of GUIDES and QUALITIES, one of PREFILTERS."""
+
+    input_passes: str = "RGB_ALBEDO_NORMAL"
+    prefilter: str = "ACCURATE"
+    quality: str = "HIGH"
+
+    @property
+    def guides(self) -> tuple[str, ...]:
+        """Passes that the render must make beside Combined."""
+        return GUIDES[self.input_passes]
+
+    def run(self, read: Callable[[str], np.ndarray], cancelled: Callable[[], bool] | None = None) -> np.ndarray:
+        """Combined, denoised. `read` gives a pass's pixels. Raises as denoise()."""
+        guides = [read(name) for name in self.guides]
+        return denoise(read("Combined"), *guides, prefilter=self.prefilter, quality=self.quality, cancelled=cancelled)
+
+
 class DenoiserUnavailable(RuntimeError):
     """Open Image Denoise cannot be used here; the message names each place that was searched."""
 
@@ -49,9 +77,14 @@ class DenoiseCancelled(Exception):
     """The caller's `cancelled` asked to stop."""
 
 
-def _candidates(library: str) -> Iterator[str]:
-    """Beside the package, then the path given, then PyPI's pyoidn, then the system's."""
-    yield str(Path(__file__).parent / "oidn" / "lib" / SONAME)  # its RPATH is $ORIGIN/../lib
+def _candidates(library: str) -> Iterator[str | None]:
+    """The package's own, what the process has for all (None), then the path given, PyPI's pyoidn, the system's.
+
+    The package's symbols have names of their own (tools/collect_oidn.py). Any other copy would take symbols from the
+    one that Blender links with, so that one is taken where there is one.
+    """
+    yield str(Path(__file__).parent / "oidn" / "lib" / SONAME)
+    yield None
     if library:
         yield library
     pyoidn = importlib.util.find_spec("pyoidn")
@@ -62,18 +95,17 @@ def _candidates(library: str) -> Iterator[str]:
 
 @cache
 def _load(library: str) -> ctypes.CDLL:
-    # Blender carries its own copy: ours must neither give it symbols (LOCAL) nor take them from it (DEEPBIND).
-    mode = os.RTLD_NOW | os.RTLD_LOCAL | getattr(os, "RTLD_DEEPBIND", 0)
+    # Not RTLD_DEEPBIND: with Blender's allocator in place of the C library's, one would free what the other allocated.
     failures = []
     for path in _candidates(library):
         try:
-            api = ctypes.CDLL(path, mode=mode)
+            api = ctypes.CDLL(path, mode=os.RTLD_NOW | os.RTLD_LOCAL)
             for name, (result, arguments) in _SIGNATURES.items():
                 function = getattr(api, name)
                 function.restype, function.argtypes = result, arguments
             return api
         except (OSError, AttributeError) as error:
-            failures.append(f"{path} ({error})")
+            failures.append(f"{path or 'this process'} ({error})")
     raise DenoiserUnavailable("Open Image Denoise was not found: tried " + "; ".join(failures))
 
 
@@ -97,6 +129,19 @@ def _device(api: ctypes.CDLL) -> int:
     return device
 
 
+def unavailable() -> str:
+    """Why nothing can be denoised here and what to install, for people; "" where it can."""
+    try:
+        version()
+        return ""
+    except DenoiserUnavailable:
+        return (
+            f"Open Image Denoise is not here: {SONAME} is neither in the package nor on the system "
+            "(pip install pyoidn, or your system's package of Open Image Denoise 2)"
+        )
+
+
+@cache
 def version(library: str = "") -> str:
     """The version of the library found, as "2.5.1". Raises DenoiserUnavailable."""
     api = _load(library)
@@ -144,7 +189,7 @@ def denoise(
     device = _device(api)
     monitor = _Monitor(lambda _user, _done: not (cancelled is not None and cancelled()))
 
-    def execute(images: dict[str, np.ndarray], hdr: bool, clean: bool, level: str) -> np.ndarray:
+    def execute(images: dict[str, np.ndarray], hdr: bool, clean: bool) -> np.ndarray:
         output = np.empty(shape, np.float32)
         rt = api.oidnNewFilter(device, b"RT")
         try:
@@ -154,7 +199,7 @@ def denoise(
                 api.oidnSetFilterBool(rt, b"hdr", True)
             if clean:
                 api.oidnSetFilterBool(rt, b"cleanAux", True)
-            api.oidnSetFilterInt(rt, b"quality", QUALITIES[level])
+            api.oidnSetFilterInt(rt, b"quality", QUALITIES[quality])
             api.oidnSetFilterProgressMonitorFunction(rt, monitor, None)
             api.oidnCommitFilter(rt)
             api.oidnExecuteFilter(rt)
@@ -165,11 +210,10 @@ def denoise(
 
     try:
         _check(api, device)
-        if prefilter != "NONE":
-            level = "FAST" if prefilter == "FAST" else quality
-            guides = {name: execute({name: guide}, False, False, level) for name, guide in guides.items()}
-        clean = bool(guides) and prefilter == "ACCURATE"
-        color = execute({"color": color, **guides}, True, clean, quality)
+        if prefilter == "ACCURATE":
+            guides = {name: execute({name: guide}, hdr=False, clean=False) for name, guide in guides.items()}
+        clean = bool(guides) and prefilter != "FAST"
+        color = execute({"color": color, **guides}, hdr=True, clean=clean)
     finally:
         api.oidnReleaseDevice(device)
     return np.concatenate([color, combined[..., 3:].astype(np.float32)], axis=2)

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """`headwater info`: versions, devices and what they can do, the Tracer that `auto` would choose, integrators."""
 
+import contextlib
 import importlib.metadata
 import json
 import platform
 import sys
 
-from headwater import __version__
+from headwater import __version__, denoiser
 from headwater.core import load
 from headwater.errors import UserError, first_line
 
@@ -37,7 +38,7 @@ def collect(device: str = "") -> dict:
         "python": platform.python_version(),
         "platform": platform.platform(),
         "packages": package_versions(),
-        "denoiser": None,  # OpenImageDenoise is not part of this version
+        "denoiser": None,
         "devices": [],
         "core": None,
         "chosen_device": None,
@@ -45,6 +46,8 @@ def collect(device: str = "") -> dict:
         "integrators": [],
         "error": None,
     }
+    with contextlib.suppress(denoiser.DenoiserUnavailable):
+        report["denoiser"] = denoiser.version()
     try:
         core = load()
         report["core"] = dict(core.versions()) if hasattr(core, "versions") else {}

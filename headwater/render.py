@@ -72,6 +72,7 @@ def add_arguments(parser) -> None:
     )
     add("--autoexec", action="store_true", help="let a .blend run its own scripts")
     add("--stats", metavar="OUT.json", help="write what the render cost")
+    add("--denoise", action="store_true", help="denoise Combined; an EXR keeps the pass Noisy Image")
     add("--quiet", action="store_true", help="no progress")
     render_reuse.add_arguments(parser)
 

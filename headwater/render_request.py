@@ -44,6 +44,7 @@ class Request:
     memory_limit: int  # MiB of device memory, 0: none
     engine: str
     autoexec: bool
+    denoise: bool
 
     @classmethod
     def from_args(cls, args, output: str) -> "Request":
@@ -80,6 +81,7 @@ class Request:
             "memory_limit",
             "engine",
             "autoexec",
+            "denoise",
         )
         values = {name: getattr(args, name) for name in names}
         return cls(output=output, passes=passes, bounces=bounces, reuse=given_reuse(args), **values)
@@ -90,6 +92,7 @@ class Request:
         given = dict.fromkeys(field.name for field in fields(cls))
         given |= {"output": "", "exr_depth": "float", "bounces": {}, "reuse": {}, "no_clamp": False}
         given |= {"device": "", "tracer": "auto", "threads": 0, "engine": "headwater", "autoexec": False}
+        given |= {"denoise": False}
         return cls(**(given | {"file": file} | values))
 
     @property

@@ -3,7 +3,7 @@
 
 import time
 
-from headwater import __version__, interrupt
+from headwater import __version__, denoiser, interrupt
 from headwater.core import load
 from headwater.errors import EXIT_USAGE, UserError, first_line
 from headwater.image_io import write_exr, write_png
@@ -75,7 +75,8 @@ def render_usd(request, progress, stats) -> None:
         camera = find_camera(opened.stage, request.camera)
         width, height = request.size or default_size(opened.stage, camera, first)
     passes = request.passes or ["Combined"]
-    settings = render_settings(request, width, height, passes)
+    recipe = _recipe(request, passes, progress)
+    settings = render_settings(request, width, height, _core_passes(passes, recipe))
     core = load()
     context = make_context(core, request)
     scene = core.Scene()
@@ -106,10 +107,39 @@ def render_usd(request, progress, stats) -> None:
         settings["continue_history"] = frame != first  # reservoirs go on from frame to frame
         _render_frame(session, settings, f"frame {frame:g}", progress)
         pixels = {name: session.read(name) for name in passes}
+        if recipe is not None and not interrupt.requested():
+            progress.update_text(f"frame {frame:g}", 1.0, "denoising")
+            pixels |= _denoised(recipe, session, progress)
         write(output, pixels, request)
         layer = {"view_layer": "ViewLayer", "sync": synced, "render": session.stats()}
         stats.add_frame(frame, output, [layer], time.perf_counter() - started, cancelled=interrupt.requested())
         progress.note(f"{output}  {time.perf_counter() - started:.1f}s")
+
+
+def _recipe(request, passes, progress):
+    """How pictures are denoised; None where they are not, or can't be."""
+    if not request.denoise or "Combined" not in passes:
+        return None
+    if denoiser.unavailable():
+        progress.warn(f"not denoised: {denoiser.unavailable()}")
+        return None
+    return denoiser.Recipe()
+
+
+def _core_passes(passes, recipe) -> list:
+    """The passes asked for, and those that denoising needs."""
+    return passes if recipe is None else list(dict.fromkeys([*passes, *recipe.guides]))
+
+
+def _denoised(recipe, session, progress) -> dict:
+    """Combined, denoised, and the noisy picture as a pass. Combined stays as it is after Ctrl-C or an error."""
+    try:
+        return {"Combined": recipe.run(session.read, interrupt.requested), "Noisy Image": session.read("Combined")}
+    except denoiser.DenoiseCancelled:
+        return {}
+    except (RuntimeError, MemoryError) as error:
+        progress.warn(f"not denoised: {first_line(error)}")
+        return {}
 
 
 def _upload(session) -> dict:

@@ -16,7 +16,9 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from . import kept, motion, native, options, passes, preferences, render_settings
+from headwater import denoiser
+
+from . import denoising, kept, motion, native, options, passes, preferences, render_settings
 from .sync.problems import Cancelled, SyncError
 from .sync.state import SENT
 from .turns import turns
@@ -43,6 +45,7 @@ class Job:
     passes: list
     options: options.Options
     export: dict = field(default_factory=dict)
+    denoise: denoiser.Recipe | None = None
 
 
 def fail(engine, text: str) -> None:
@@ -130,7 +133,11 @@ def _export(engine, depsgraph) -> Job:
         if engine.test_break():
             raise Cancelled
 
-    wanted = passes.wanted(view_layer)
+    wanted = passes.wanted(scene, view_layer, given)
+    denoise = None if engine.is_preview else denoising.recipe(scene, view_layer, given)
+    if denoise is not None and denoiser.unavailable():
+        engine.report({"WARNING"}, f"Headwater: not denoised: {denoiser.unavailable()}")
+        denoise = None
     before = passes.has_motion(wanted) and motion.sync_frame_before(engine, state, depsgraph, frame, breathe)
     engine.update_stats("", "Synchronizing")
     report = state.sync.sync(
@@ -146,7 +153,8 @@ def _export(engine, depsgraph) -> Job:
         engine.report({"WARNING"}, f"Headwater: {note}")
     scene = depsgraph.scene_eval
     state.frame = (scene.frame_current, scene.frame_subframe)
-    settings = render_settings.build(scene, view_layer, frame, [item.core_name for item in wanted], given)
+    names = [item.core_name for item in wanted] + list(denoise.guides if denoise else ())
+    settings = render_settings.build(scene, view_layer, frame, list(dict.fromkeys(names)), given)
     # Frames of an animation hand their reservoirs on. A picture rendered again starts anew, so that it comes out the
     # same; the eyes of a stereo render share a session, not a past.
     in_order = (again or persistent) and not scene.render.use_multiview
@@ -154,7 +162,7 @@ def _export(engine, depsgraph) -> Job:
     if engine.is_preview:
         settings.update(integrator="path", samples=PREVIEW_SAMPLES, time_limit=PREVIEW_SECONDS)
     state.reservoirs_of = None
-    return Job(key, state, frame, settings, wanted, given, report)
+    return Job(key, state, frame, settings, wanted, given, report, denoise)
 
 
 @_guarded
@@ -224,13 +232,31 @@ def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
         _rescue(session, result, job)
         engine.end_result(result)
         raise
+    rendered = time.perf_counter()
+    if job.denoise and not cancelled:
+        cancelled = _denoise(engine, job, session, result)
     engine.end_result(result)
-    facts = _facts(job, depsgraph, view, synced, session, time.perf_counter() - started, cancelled)
+    facts = _facts(job, depsgraph, view, synced, session, rendered - started, cancelled)
+    facts["denoise_seconds"] = time.perf_counter() - rendered if job.denoise else 0.0
     for observer in list(observers):
         observer("frame", facts)
     if job.options.stats:
         _append_line(job.options.stats, facts)
     return not cancelled
+
+
+def _denoise(engine, job: Job, session, result) -> bool:
+    """Denoises Combined in the result; Esc and errors leave it noisy. Returns whether it was cancelled."""
+    engine.update_stats("", "Denoising")
+    try:
+        pixels = denoising.run(job.denoise, session.read, engine.test_break)
+    except denoiser.DenoiseCancelled:
+        return True
+    except (RuntimeError, MemoryError) as error:  # the picture is worth more than its denoising
+        engine.report({"WARNING"}, f"Headwater: not denoised: {error or type(error).__name__}")
+        return False
+    _fill(result, job.passes[0], pixels, job.frame)
+    return False
 
 
 def _rescue(session, result, job: Job) -> None:
@@ -286,10 +312,13 @@ def status_text(progress: dict, seconds: float, reservoirs: int) -> str:
 
 
 def _write_pass(session, result, item, frame) -> None:
+    _fill(result, item, session.read(item.core_name), frame)
+
+
+def _fill(result, item, pixels, frame) -> None:
     target = next((p for p in result.layers[0].passes if p.fullname == item.name or p.name == item.name), None)
     if target is None:
         return
-    pixels = session.read(item.core_name)
     channels = len(item.channels)
     if pixels.shape != (frame.region_height, frame.region_width, channels):
         raise RuntimeError(

@@ -7,6 +7,7 @@
 --headwater-tracer NAME    auto, ray_query or embree
 --headwater-samples N      samples a pixel, instead of the scene's
 --headwater-threads N      host threads
+--headwater-denoise on|off  denoises or does not, instead of what the scene says
 --headwater-memory-limit N most device memory in MiB, instead of the preference
 --headwater-stats FILE     one JSON object a line for each frame and view layer, appended
 --headwater-strict         a failed render makes the process exit with status 1: the default of `blender -b`, not of bpy
@@ -26,6 +27,7 @@ class Options:
     tracer: str | None = None
     samples: int | None = None
     threads: int | None = None
+    denoise: bool | None = None
     memory_limit: int | None = None
     stats: str | None = None
     strict: bool | None = None
@@ -50,10 +52,13 @@ def parse(arguments: list[str]) -> Options:
     parser.add_argument("--headwater-tracer", dest="tracer", choices=("auto", "ray_query", "ray_pipeline", "embree"))
     parser.add_argument("--headwater-samples", dest="samples", type=_positive)
     parser.add_argument("--headwater-threads", dest="threads", type=_positive)
+    parser.add_argument("--headwater-denoise", dest="denoise", choices=("on", "off"))
     parser.add_argument("--headwater-memory-limit", dest="memory_limit", type=_positive)
     parser.add_argument("--headwater-stats", dest="stats")
     parser.add_argument("--headwater-strict", dest="strict", action=argparse.BooleanOptionalAction)
     known, _ = parser.parse_known_args(arguments)
+    if known.denoise is not None:
+        known.denoise = known.denoise == "on"
     return Options(**vars(known))
 
 

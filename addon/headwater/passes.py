@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import bpy
 
+from . import denoising, options
+
 
 class RenderPass(NamedTuple):
     core_name: str  # the core's name, which is Blender 5.0's
@@ -15,6 +17,9 @@ class RenderPass(NamedTuple):
     channels: str  # channel ids, one letter each
     kind: str  # 'COLOR', 'VECTOR' or 'VALUE'
 
+
+# The picture before denoising; there whether or not denoising succeeds, so that compositing finds it.
+NOISY = RenderPass("Combined", "Noisy Image", "RGBA", "COLOR")
 
 # view layer property, core name, name before 5.0, channel ids, kind
 _TABLE = (
@@ -41,6 +46,7 @@ _TABLE = (
 _DENOISING = (
     ("Denoising Normal", "XYZ", "VECTOR"),
     ("Denoising Albedo", "RGB", "COLOR"),
+    ("Denoising Depth", "Z", "VALUE"),
 )
 
 
@@ -51,13 +57,15 @@ def denoising_wanted(view_layer) -> bool:
     return bool(getattr(cycles, "denoising_store_passes", False) or getattr(own, "use_pass_denoising", False))
 
 
-def wanted(view_layer) -> list[RenderPass]:
-    """The passes of a view layer, Combined first, in Cycles' order."""
+def wanted(scene, view_layer, given) -> list[RenderPass]:
+    """The passes of a view layer, Combined first, in Cycles' order. `given`: the options of the command line."""
     old_names = bpy.app.version < (5, 0, 0)
     found = [RenderPass("Combined", "Combined", "RGBA", "COLOR")]
     for switch, name, old_name, channels, kind in _TABLE:
         if getattr(view_layer, switch):
             found.append(RenderPass(name, old_name if old_names else name, channels, kind))
+    if denoising.recipe(scene, view_layer, given) is not None:
+        found.append(NOISY)
     if denoising_wanted(view_layer):
         found += [RenderPass(name, name, channels, kind) for name, channels, kind in _DENOISING]
     return found
@@ -70,5 +78,9 @@ def has_motion(wanted: list[RenderPass]) -> bool:
 
 def register(engine, scene, view_layer) -> None:
     """Tells Blender the passes of a view layer: from RenderEngine.update_render_passes."""
-    for item in wanted(view_layer):
+    try:
+        given = options.current()
+    except ValueError:
+        given = options.Options()  # the render tells what is wrong with them
+    for item in wanted(scene, view_layer, given):
         engine.register_pass(scene, view_layer, item.name, len(item.channels), item.channels, item.kind)

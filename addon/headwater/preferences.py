@@ -4,6 +4,8 @@
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
+from headwater import denoiser
+
 from . import native
 
 _items = []  # Blender keeps no reference to the texts of a dynamic enum: they must stay alive here
@@ -78,6 +80,9 @@ class HeadwaterPreferences(bpy.types.AddonPreferences):
             if not usable:
                 box.label(text=f"Not usable: {device.get('why_not', 'unknown reason')}")
         layout.operator("headwater.refresh_devices")
+        missing = denoiser.unavailable()
+        for line in _wrapped(missing) if missing else ():
+            layout.label(text=line, icon="ERROR" if missing.startswith(line) else "BLANK1")
 
 
 def _wrapped(text: str, width: int = 100) -> list[str]:

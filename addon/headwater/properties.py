@@ -13,6 +13,28 @@ from headwater.integrators import ESTIMATORS, INTEGRATORS
 
 from . import reuse_properties
 
+_INPUT_PASSES = (
+    ("RGB", "None", "The picture alone"),
+    ("RGB_ALBEDO", "Albedo", "The picture and the colour of its surfaces"),
+    ("RGB_ALBEDO_NORMAL", "Albedo and Normal", "The picture, and the colour and normals of its surfaces"),
+)
+_PREFILTERS = (
+    ("NONE", "None", "Trust albedo and normal as they are: for those without noise"),
+    ("FAST", "Fast", "Denoise picture, albedo and normal together"),
+    ("ACCURATE", "Accurate", "Denoise albedo and normal before the picture"),
+)
+_QUALITIES = (
+    ("HIGH", "High", "Best quality"),
+    ("BALANCED", "Balanced", "Between quality and speed"),
+    ("FAST", "Fast", "Best speed"),
+)
+
+
+def _passes_changed(_settings, context):
+    """Denoising adds the pass Noisy Image: compositor nodes are to show it."""
+    if context is not None and context.view_layer is not None:
+        context.view_layer.update_render_passes()
+
 
 class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     use_cycles_settings: BoolProperty(
@@ -66,6 +88,43 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     )
     seed: IntProperty(name="Seed", description="Same seed, same noise", min=0, default=0)
     use_animated_seed: BoolProperty(name="Animate Seed", description="Another noise every frame", default=False)
+    use_denoising: BoolProperty(
+        name="Denoise", description="Denoise the rendered picture", default=False, update=_passes_changed
+    )
+    denoising_input_passes: EnumProperty(
+        name="Passes",
+        description="What the denoiser tells noise from detail by",
+        items=_INPUT_PASSES,
+        default="RGB_ALBEDO_NORMAL",
+    )
+    denoising_prefilter: EnumProperty(
+        name="Prefilter",
+        description="What is done about noise in albedo and normal",
+        items=_PREFILTERS,
+        default="ACCURATE",
+    )
+    denoising_quality: EnumProperty(
+        name="Quality", description="Quality or speed of denoising", items=_QUALITIES, default="HIGH"
+    )
+    use_preview_denoising: BoolProperty(name="Denoise", description="Denoise pictures of viewports", default=False)
+    preview_denoising_input_passes: EnumProperty(
+        name="Passes",
+        description="What the denoiser tells noise from detail by",
+        items=_INPUT_PASSES,
+        default="RGB_ALBEDO",
+    )
+    preview_denoising_prefilter: EnumProperty(
+        name="Prefilter",
+        description="What is done about noise in albedo and normal",
+        items=_PREFILTERS,
+        default="FAST",
+    )
+    preview_denoising_quality: EnumProperty(
+        name="Quality", description="Quality or speed of denoising", items=_QUALITIES, default="BALANCED"
+    )
+    preview_denoising_start_sample: IntProperty(
+        name="Start Sample", description="First sample that is denoised", min=0, default=1
+    )
     max_bounces: IntProperty(
         name="Total", description="Bounces of a light path; 0: direct light only", min=0, max=1024, default=12
     )

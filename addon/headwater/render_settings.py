@@ -92,7 +92,7 @@ def build(scene, view_layer, frame: Frame, passes: list[str], options) -> dict:
     settings = {key: getattr(cycles, theirs) if cycles else getattr(own, ours) for key, ours, theirs in _SHARED}
     source = cycles or own
     settings["samples"] = _samples(scene, view_layer, cycles, settings["samples"])
-    if cycles and cycles.use_sample_subset:
+    if cycles and getattr(cycles, "use_sample_subset", False):  # Blender 4.3 has none
         settings["first_sample"] = cycles.sample_offset
         settings["samples"] = max(1, min(settings["samples"] - cycles.sample_offset, cycles.sample_subset_length))
     if options.samples is not None:

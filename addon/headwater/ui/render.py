@@ -4,6 +4,7 @@
 import bpy
 from bl_ui.utils import PresetPanel
 
+from headwater import denoiser
 from headwater.integrators import INTEGRATORS, PARAMETERS
 
 from .. import native, reuse_properties
@@ -81,6 +82,40 @@ def memory_text(scene) -> str:
     return f"Memory: {size / 2**20:.1f} MiB at {frame.width} × {frame.height}"
 
 
+class _DenoisePanel(_RenderPanel):
+    """A switch in the header, and how it is done; `prefix`: of the properties' names, Cycles' and ours alike."""
+
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling"
+    bl_options = {"DEFAULT_CLOSED"}
+    prefix = ""
+
+    def draw_header(self, context):
+        source = cycles_of(context.scene) or context.scene.headwater
+        self.layout.prop(source, f"use_{self.prefix}denoising", text="")
+
+    def draw(self, context):
+        source = cycles_of(context.scene) or context.scene.headwater
+        column = split(self.layout)
+        column.active = getattr(source, f"use_{self.prefix}denoising")
+        column.prop(source, f"{self.prefix}denoising_input_passes", text="Passes")
+        if getattr(source, f"{self.prefix}denoising_input_passes") != "RGB":
+            column.prop(source, f"{self.prefix}denoising_prefilter", text="Prefilter")
+        column.prop(source, f"{self.prefix}denoising_quality", text="Quality")
+        if self.prefix:
+            column.prop(source, f"{self.prefix}denoising_start_sample", text="Start Sample")
+        if denoiser.unavailable():
+            self.layout.label(text="Open Image Denoise is missing: see the add-on's preferences", icon="ERROR")
+
+
+class HEADWATER_RENDER_PT_denoise(_DenoisePanel, bpy.types.Panel):
+    bl_label = "Denoise"
+
+
+class HEADWATER_RENDER_PT_viewport_denoise(_DenoisePanel, bpy.types.Panel):
+    bl_label = "Viewport Denoise"
+    prefix = "preview_"
+
+
 class HEADWATER_RENDER_PT_sampling_advanced(_RenderPanel, bpy.types.Panel):
     bl_label = "Advanced"
     bl_parent_id = "HEADWATER_RENDER_PT_sampling"
@@ -93,7 +128,7 @@ class HEADWATER_RENDER_PT_sampling_advanced(_RenderPanel, bpy.types.Panel):
         row.prop(cycles or own, "seed")
         row.prop(cycles or own, "use_animated_seed", text="", icon="TIME")
         column.prop(own, "light_choice")
-        if cycles:
+        if hasattr(cycles, "use_sample_subset"):  # Blender 4.3 has none
             column.prop(cycles, "use_sample_subset")
             if cycles.use_sample_subset:
                 column.prop(cycles, "sample_offset")
@@ -178,6 +213,8 @@ _classes = (
     HEADWATER_PT_sampling_presets,
     HEADWATER_RENDER_PT_sampling,
     HEADWATER_RENDER_PT_reservoirs,
+    HEADWATER_RENDER_PT_denoise,
+    HEADWATER_RENDER_PT_viewport_denoise,
     HEADWATER_RENDER_PT_sampling_advanced,
     HEADWATER_RENDER_PT_light_paths,
     HEADWATER_RENDER_PT_clamping,

@@ -12,7 +12,7 @@ import weakref
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import native, options, preferences, render_settings
+from .. import denoising, native, options, preferences, render_settings
 from ..sync.camera import lens_settings, rigid
 from ..sync.problems import SyncError
 from ..sync.state import SceneSync
@@ -145,7 +145,9 @@ class View:
         frame = render_settings.Frame(size[0], size[1], 0, 0, *size)
         channel = shown_pass(space)
         given = options.current()
-        settings = render_settings.build(scene, view_layer, frame, [channel], given)
+        recipe, denoise_from = (denoising.viewport_recipe(scene) if channel == "Combined" else None) or (None, 0)
+        passes = [channel, *(recipe.guides if recipe else ())]
+        settings = render_settings.build(scene, view_layer, frame, passes, given)
         for name in ("width", "height", "region", "samples", "first_sample"):
             settings.pop(name, None)
         source = render_settings.cycles_of(scene) or scene.headwater
@@ -160,6 +162,8 @@ class View:
             settings=tuple(sorted((name, _frozen(value)) for name, value in settings.items())),
             samples=source.preview_samples or 2**20,
             channel=channel,
+            denoise=recipe,
+            denoise_from=denoise_from,
             device=render_settings.device_choice(scene, preferences.chosen_device(), given),
         )
 
@@ -187,6 +191,8 @@ class View:
         if picture is not None:
             samples = f"Sample {picture.samples}/{picture.request.samples}"
             parts.append(samples if picture.divider == 1 else f"{samples} at 1/{picture.divider}")
+            if picture.denoised:
+                parts.append("Denoised")
         progress = worker.progress
         if progress.get("mrays"):
             parts.append(f"{progress['mrays']:.1f} Mrays/s")
@@ -194,6 +200,8 @@ class View:
             parts.append(f"Memory {progress['memory'] / 2**20:.0f} MiB")
         if worker.state:
             parts.append(worker.state)
+        if worker.not_denoised:
+            parts.append(f"Not denoised: {worker.not_denoised}")
         return " | ".join(parts)
 
 

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from headwater import denoiser
+
 from .. import native
 from ..turns import turns
 from .camera import ViewCamera
@@ -20,6 +22,7 @@ from .refinement import LARGEST_DIVIDER, Refinement, Speed
 
 WAIT_MS = 10
 UNSEEN_SECONDS = 2.0  # a picture that is not drawn for so long is not improved: the viewport is covered or gone
+DENOISE_SECONDS = 0.5  # between denoised pictures, but for the last
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class Request:
     settings: tuple  # sorted items of the core's settings, without size, region, samples
     samples: int
     channel: str  # the pass that is shown
+    denoise: denoiser.Recipe | None
+    denoise_from: int  # the first sample that is denoised
     device: tuple  # arguments of native.context
 
     def only_camera_differs(self, other: "Request | None") -> bool:
@@ -54,6 +59,7 @@ class Picture:
     divider: int
     samples: int
     at: float  # time.perf_counter() when it was ready
+    denoised: bool = False
 
 
 def four_channels(pixels: np.ndarray) -> np.ndarray:
@@ -83,6 +89,7 @@ class Worker:
         self.scene_lock = threading.Lock()
         self.picture: Picture | None = None
         self.error = ""
+        self.not_denoised = ""  # why, where a picture should have been
         self.progress: dict = {}
         self.synced: dict = {}
         self.paused = False
@@ -96,6 +103,7 @@ class Worker:
         self._unseen_since: float | None = None  # when the first picture was made that was not drawn
         self._ready: Request | None = None  # the core's tables hold this one's scene and camera
         self._refinement: Refinement | None = None
+        self._denoise_at = 0.0  # not before: time.perf_counter()
         self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
         self._thread.start()
 
@@ -228,13 +236,45 @@ class Worker:
                 self._refinement.interrupted(slice_)
                 return
             self._refinement.done(slice_, seconds)
-            pixels = self._session.read(request.channel)
+            due = self._denoising_due(request, slice_)
+            names = (request.channel, *(request.denoise.guides if due else ()))
+            passes = {name: self._session.read(name) for name in names}
+        self._show(request, slice_, four_channels(passes[request.channel]))
+        if due:  # out of the turn: other views may render meanwhile
+            self._denoise(request, passes, slice_)
+
+    def _show(self, request: Request, slice_, pixels: np.ndarray, denoised: bool = False) -> None:
+        """Puts a picture on the screen unless a better one of the same request is there."""
         shown = self.picture
-        newer = shown is None or shown.request != request
-        if newer or (slice_.divider <= shown.divider and slice_.samples >= shown.samples):
-            shown = np.ascontiguousarray(four_channels(pixels))
-            self.picture = Picture(request, shown, slice_.divider, slice_.samples, time.perf_counter())
+        if shown is not None and shown.request == request:
+            # A denoised picture stays until the next denoised one: noise does not flicker in.
+            if slice_.divider > shown.divider or slice_.samples < shown.samples or (shown.denoised and not denoised):
+                return
+        pixels = np.ascontiguousarray(pixels)
+        self.picture = Picture(request, pixels, slice_.divider, slice_.samples, time.perf_counter(), denoised)
+        self._redraw()
+
+    def _denoising_due(self, request: Request, slice_) -> bool:
+        if request.denoise is None or slice_.divider > 1 or slice_.samples < request.denoise_from:
+            return False
+        return self._refinement.finished or time.perf_counter() >= self._denoise_at
+
+    def _denoise(self, request: Request, passes: dict, slice_) -> None:
+        """Shows the picture denoised; a newer request ends it."""
+        begun = time.perf_counter()
+        try:
+            pixels = request.denoise.run(passes.__getitem__, lambda: self._closing or self._request != request)
+        except denoiser.DenoiseCancelled:
+            return
+        except (RuntimeError, MemoryError) as error:  # the noisy picture stays
+            self.not_denoised = denoiser.unavailable() or str(error) or type(error).__name__
             self._redraw()
+            return
+        finally:
+            now = time.perf_counter()
+            self._denoise_at = now + max(DENOISE_SECONDS, now - begun)  # rendering gets half of the time at least
+        self.not_denoised = ""
+        self._show(request, slice_, pixels, denoised=True)
 
     def _prepare(self, request: Request) -> None:
         """Brings the device in step with the scene and the camera."""
