@@ -24,7 +24,8 @@ flags = {
 }
 PASSES = {
     "Combined": 4, "Depth": 1, "Position": 3, "Normal": 3, "Vector": 4, "UV": 3, "Mist": 1, "Object Index": 1,
-    "Material Index": 1, "Denoising Normal": 3, "Denoising Albedo": 3, "Denoising Depth": 1, "Diffuse Direct": 3, "Diffuse Indirect": 3,
+    "Material Index": 1, "Denoising Normal": 3, "Denoising Albedo": 3, "Denoising Depth": 1,
+    "Diffuse Direct": 3, "Diffuse Indirect": 3,
     "Diffuse Color": 3, "Glossy Direct": 3, "Glossy Indirect": 3, "Glossy Color": 3, "Transmission Direct": 3,
     "Transmission Indirect": 3, "Transmission Color": 3, "Emission": 3, "Environment": 3,
 }  # fmt: skip
