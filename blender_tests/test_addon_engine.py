@@ -75,7 +75,7 @@ def test_panels_are_compatible_and_draw_for_every_kind_of_data(tmp_path):
                 global shown
                 shown += 1
                 if name not in data.bl_rna.properties: missing.append(f"{type(data).__name__}.{name}")
-        for attribute in ("use_property_split", "use_property_decorate", "active", "enabled", "alert"):
+        for attribute in ("use_property_split", "use_property_decorate", "active", "enabled", "alert", "scale_y"):
             setattr(Row, attribute, False)
         lights = [bpy.data.lights.new(kind, kind) for kind in ("POINT", "SPOT", "SUN", "AREA")]
         world = bpy.data.worlds[0]
@@ -84,7 +84,13 @@ def test_panels_are_compatible_and_draw_for_every_kind_of_data(tmp_path):
             scene = bpy.context.scene; view_layer = bpy.context.view_layer; world = world
             camera = bpy.data.cameras[0]; object = bpy.data.objects["Cube"]
             material = bpy.data.materials[0]; material_slot = bpy.data.objects["Cube"].material_slots[0]
-            space_data = None; light = None
+            space_data = None; light = None; preferences = bpy.context.preferences
+            window_manager = bpy.context.window_manager; region = type("Region", (), {"width": 300})
+        hb_log = __import__("headwater_addon.log", fromlist=["log"])
+        for number in range(30):
+            hb_log.log.add("ERROR", f"Object 'Cube': {number} is a text of more than one line " * 3, "Object", "Cube")
+            hb_log.log.add("WARNING", f"{number} about nothing that has a name")
+        bpy.ops.render.render()
         ours = [c for c in bpy.types.Panel.__subclasses__() if c.__module__.startswith("headwater_addon.ui")]
         for cycles in (True, False):
             scene.headwater.use_cycles_settings = cycles

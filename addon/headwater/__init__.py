@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Headwater for Blender: registers the render engine, its settings, panels and operators. Nothing else happens here."""
 
-from . import engine, kept, operators, preferences, presets, properties, ui, viewport
+from . import engine, kept, log, log_operators, operators, preferences, presets, properties, ui, viewport
 from .sync import updates
 
-_modules = (preferences, properties, operators, presets, engine, kept, updates, viewport, ui)
+_modules = (log, preferences, properties, operators, log_operators, presets, engine, kept, updates, viewport, ui)
 
 
 def register():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A final frame: export in RenderEngine.update, render and hand out pixels in RenderEngine.render.
 
-Errors reach the artist by `report` and `error_set` (Blender only logs exceptions of an engine), are kept in
+Errors reach the artist by `report`, `error_set` (Blender only logs exceptions of an engine) and the log, are kept in
 `last_error`, and give the process status 1 in background mode or where the command line says --headwater-strict.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from headwater import denoiser
 
-from . import denoising, kept, motion, native, options, passes, preferences, render_settings
+from . import denoising, kept, log, motion, native, options, passes, preferences, render_settings
 from .sync.problems import Cancelled, SyncError
 from .sync.state import SENT
 from .turns import turns
@@ -28,6 +28,7 @@ WAIT_MS = 50
 PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0  # of material, world and light previews: whichever ends first
 
 last_error = ""
+last_facts: dict | None = None  # what _facts() said of the last picture of a scene: for the statistics panel
 
 # Called as observer(event, facts) while rendering: "progress" with the core's progress, about 20 times a second (a true
 # answer cancels the render), and "frame" with what _facts() says after each picture. For scripts and the command line.
@@ -48,13 +49,14 @@ class Job:
     denoise: denoiser.Recipe | None = None
 
 
-def fail(engine, text: str) -> None:
+def fail(engine, text: str, cause: Exception | None = None) -> None:
     """Tells the artist, ends an animation, and remembers for headless callers."""
     global last_error
     if engine.is_preview:
         print(text)
         return
     last_error = text
+    log.error(text.removeprefix("Headwater: "), cause)
     engine.report({"ERROR"}, text)
     engine.error_set(text)
     try:
@@ -89,10 +91,10 @@ def _guarded(work):
             if type(error).__name__ == "DeviceLost":  # the core's; a new context is needed to go on
                 kept.drop_all()
                 native.release()
-            fail(engine, f"Headwater: {str(error) or type(error).__name__}")
+            fail(engine, f"Headwater: {str(error) or type(error).__name__}", error)
         except Exception as error:
             traceback.print_exc()
-            fail(engine, f"Headwater: unexpected {type(error).__name__}: {error}")
+            fail(engine, f"Headwater: unexpected {type(error).__name__}: {error}", error)
         return None
 
     return step
@@ -151,6 +153,8 @@ def _export(engine, depsgraph) -> Job:
     state.graph = engine.token
     for note in state.sync.notes.take():
         engine.report({"WARNING"}, f"Headwater: {note}")
+        if not engine.is_preview:
+            log.note(note)
     scene = depsgraph.scene_eval
     state.frame = (scene.frame_current, scene.frame_subframe)
     names = [item.core_name for item in wanted] + list(denoise.guides if denoise else ())
@@ -211,6 +215,7 @@ def _set_camera(engine, job: Job, depsgraph, view: str) -> None:
 
 def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
     """One picture. Returns False when the artist cancelled."""
+    global last_facts
     _set_camera(engine, job, depsgraph, view)
     session = job.kept.session
     engine.update_stats("", "Building")
@@ -238,6 +243,8 @@ def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
     engine.end_result(result)
     facts = _facts(job, depsgraph, view, synced, session, rendered - started, cancelled)
     facts["denoise_seconds"] = time.perf_counter() - rendered if job.denoise else 0.0
+    if not engine.is_preview:
+        last_facts = facts
     for observer in list(observers):
         observer("frame", facts)
     if job.options.stats:

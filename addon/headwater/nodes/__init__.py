@@ -154,7 +154,7 @@ def compile_world(world) -> CompiledMaterial:
 def compile_lamp(light, note=None) -> np.ndarray:
     """Factor (3,) on a lamp's colour: colour times strength of its Emission nodes, where they are constant.
 
-    `note(text)` is told what is left out.
+    `note(problems, "Light")` is told what is left out.
     """
     compiler = TreeCompiler(light.name, _HANDLERS)
     tree, held = _tree(light)
@@ -170,6 +170,5 @@ def compile_lamp(light, note=None) -> np.ndarray:
         value = (1.0, 1.0, 1.0)
     del held
     if note is not None:
-        for problem in compiler.problems:
-            note(str(problem).replace("Material '", "Light '", 1))
+        note(compiler.problems, "Light")
     return np.array(value, np.float32)

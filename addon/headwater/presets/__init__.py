@@ -6,7 +6,27 @@ import os
 import bpy
 from bl_operators.presets import AddPresetBase
 
+from headwater.integrators import INTEGRATORS
+
+from .. import render_settings
+
 _FOLDER = os.path.dirname(os.path.dirname(__file__))  # Blender looks into its "presets" folder
+_SETTINGS = (  # of Sampling and Light Paths: property of ours, of Cycles
+    ("preview_samples", "preview_samples"),
+    ("samples", "samples"),
+    ("time_limit", "time_limit"),
+    ("max_bounces", "max_bounces"),
+    ("diffuse_bounces", "diffuse_bounces"),
+    ("glossy_bounces", "glossy_bounces"),
+    ("transmission_bounces", "transmission_bounces"),
+    ("transparent_bounces", "transparent_max_bounces"),
+    ("min_bounces", "min_light_bounces"),
+    ("clamp_direct", "sample_clamp_direct"),
+    ("clamp_indirect", "sample_clamp_indirect"),
+    ("filter_glossy", "blur_glossy"),
+    ("caustics_reflective", "caustics_reflective"),
+    ("caustics_refractive", "caustics_refractive"),
+)
 
 
 class HEADWATER_OT_sampling_preset_add(AddPresetBase, bpy.types.Operator):
@@ -15,21 +35,21 @@ class HEADWATER_OT_sampling_preset_add(AddPresetBase, bpy.types.Operator):
     bl_idname = "headwater.sampling_preset_add"
     bl_label = "Add Sampling Preset"
     preset_menu = "HEADWATER_PT_sampling_presets"
-    preset_defines = ["own = bpy.context.scene.headwater"]
-    preset_values = [
-        "own.use_cycles_settings",
-        "own.samples",
-        "own.time_limit",
-        "own.max_bounces",
-        "own.diffuse_bounces",
-        "own.glossy_bounces",
-        "own.transmission_bounces",
-        "own.transparent_bounces",
-        "own.clamp_direct",
-        "own.clamp_indirect",
-        "own.filter_glossy",
+    preset_defines = [
+        "own = bpy.context.scene.headwater",
+        "cycles = getattr(bpy.context.scene, 'cycles', None)",
     ]
     preset_subdir = "headwater/sampling"
+
+    @property
+    def preset_values(self) -> list[str]:
+        """What the preset stores: the integrator and what it reads, and the sampling settings that are in use."""
+        scene = bpy.context.scene
+        own, cycles = scene.headwater, render_settings.cycles_of(scene)
+        integrator = INTEGRATORS[own.integrator]
+        values = [f"own.{name}" for name in ("integrator", "estimator", "use_cycles_settings", "light_choice")]
+        values += [f"own.{integrator.group}.{name}" for name in integrator.defaults]
+        return values + [f"cycles.{theirs}" if cycles else f"own.{ours}" for ours, theirs in _SETTINGS]
 
 
 def register():

@@ -88,16 +88,20 @@ class CameraSync:
         if camera_object is None:
             raise SyncError(f"No camera: scene '{depsgraph.scene.name}' has no active camera to render from")
         if camera_object.type != "CAMERA":
-            raise SyncError(f"'{camera_object.name}' is no camera: only camera objects can be rendered from")
+            raise SyncError(
+                f"'{camera_object.name}' is no camera: only camera objects can be rendered from",
+                "Object",
+                camera_object.name,
+            )
         camera = camera_object.data
         name = camera_object.name
         try:
             matrix = rigid(camera_object.matrix_world if matrix is None else matrix)
         except SyncError as error:
-            raise SyncError(f"Camera '{name}': {error}") from None
+            raise SyncError(f"Camera '{name}': {error}", "Camera", name) from None
         kind = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panoramic"}.get(camera.type)
         if kind is None:
-            raise SyncError(f"Camera '{name}': camera type {camera.type} is not supported")
+            raise SyncError(f"Camera '{name}': camera type {camera.type} is not supported", "Camera", name)
         if kind == "panoramic":
             self._check_panorama(name, camera)
             plane = (-1.0, 1.0, -1.0, 1.0)
@@ -111,7 +115,7 @@ class CameraSync:
         if now == self._last:
             return False
         if not all(math.isfinite(value) for value in plane):
-            raise SyncError(f"Camera '{name}': its lens, sensor or shift gives no picture plane")
+            raise SyncError(f"Camera '{name}': its lens, sensor or shift gives no picture plane", "Camera", name)
         with naming("Camera", name):
             self._scene.set_camera(kind, rows, plane, **settings)
         self._last = now
@@ -126,5 +130,7 @@ class CameraSync:
         if kind != "EQUIRECTANGULAR" or not full:
             self._notes.add(
                 f"Camera '{name}': panorama type {kind.replace('_', ' ').lower()} is rendered as a full "
-                "equirectangular sphere"
+                "equirectangular sphere",
+                "Camera",
+                name,
             )

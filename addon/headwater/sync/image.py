@@ -55,7 +55,7 @@ class ImageSync:
     def send(self, found: list[tuple]) -> None:
         for key, loaded in found:
             for note in loaded.notes:
-                self._notes.add(note)
+                self._notes.add(note, "Image", loaded.name)
             pixels = None if loaded.pixels is None else np.ascontiguousarray(loaded.pixels)
             number = self._ids.get(("image", *key))
             self._scene.upsert_image(number, loaded.name, pixels, srgb=loaded.srgb, premultiplied=loaded.premultiplied)

@@ -234,7 +234,7 @@ class InstanceSync:
             members = members[drawn[members]]
             good = members[finite[members]]
             if len(good) < len(members):
-                self._notes.add(f"Object '{group.name}' left out: its transform is no number")
+                self._notes.add(f"Object '{group.name}' left out: its transform is no number", "Object", group.name)
             if not len(good):
                 continue
             key = group.key

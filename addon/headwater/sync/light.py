@@ -86,7 +86,7 @@ class LightSync:
     def place(self, key: tuple, name: str, settings: dict, matrix: np.ndarray) -> None:
         """One instance of a prepared lamp. `matrix`: object to world, (3, 4)."""
         if not np.isfinite(matrix).all():
-            self._notes.add(f"Light '{name}' left out: its transform is no number")
+            self._notes.add(f"Light '{name}' left out: its transform is no number", "Light", name)
             return
         now = (matrix.tobytes(), tuple(settings.items()))
         self._seen.add(key)

@@ -97,8 +97,7 @@ class MaterialSync:
 
     def _upsert(self, material, uid: int, known: _Material | None) -> _Material:
         compiled = self._compile(material)
-        for note in compiled.notes:
-            self._notes.add(note)
+        self._notes.add_unsupported(compiled.unsupported)
         required = [self._images.require(request) for request in compiled.images]
         image_ids = [number for number, _ in required]
         state = (

@@ -118,11 +118,14 @@ class _Reader:
             if domain is None or values is None:
                 notes.add(
                     f"Mesh '{mesh.name}': attribute '{name}' is per {attribute.domain.lower()} "
-                    f"of type {attribute.data_type.lower()}: not available to materials"
+                    f"of type {attribute.data_type.lower()}: not available to materials",
+                    "Mesh",
+                    mesh.name,
                 )
                 continue
             if len(self.attributes) == MAX_ATTRIBUTES:
-                notes.add(f"Mesh '{mesh.name}': more than {MAX_ATTRIBUTES} attributes used: '{name}' left out")
+                text = f"Mesh '{mesh.name}': more than {MAX_ATTRIBUTES} attributes used: '{name}' left out"
+                notes.add(text, "Mesh", mesh.name)
                 break
             self.attributes.append((name, domain, np.ascontiguousarray(values, np.float32)))
         if GENERATED in wanted and self.vertices and len(self.attributes) < MAX_ATTRIBUTES:
@@ -172,7 +175,8 @@ class _Reader:
         for name in self.tangents:
             uv = maps.get(name.removesuffix(_TANGENT) or self.uv)
             if uv is None or len(self.attributes) + len(found) == MAX_ATTRIBUTES:
-                self.notes.add(f"Mesh '{self.mesh.name}': no room for the tangents of a UV map ('{name}')")
+                text = f"Mesh '{self.mesh.name}': no room for the tangents of a UV map ('{name}')"
+                self.notes.add(text, "Mesh", self.mesh.name)
                 continue
             values = np.zeros((self.corners, 4), np.float32)
             values[corners] = corner_tangents(points, at_corners, uv[corners])
@@ -264,7 +268,9 @@ class MeshSync:
             positions, keep = _without_bad(positions, vertices)
             self._notes.add(
                 f"Mesh '{mesh.name}': {len(vertices) - int(keep.sum())} faces with coordinates that are no numbers "
-                "left out"
+                "left out",
+                "Mesh",
+                mesh.name,
             )
             vertices, corners = vertices[keep], np.ascontiguousarray(corners[keep])
             slots = slots[keep] if slots is not None else None

@@ -8,7 +8,14 @@ _innermost: ContextVar = ContextVar("headwater_naming", default=None)  # (kind, 
 
 
 class SyncError(Exception):
-    """The scene cannot be rendered as it is; the text names the object and the reason."""
+    """The scene cannot be rendered as it is; the text names the object and the reason.
+
+    `kind` and `name`: the data-block it is about, as in Note.
+    """
+
+    def __init__(self, text: str, kind: str = "", name: str = ""):
+        super().__init__(text)
+        self.kind, self.name = kind, name
 
 
 class Cancelled(Exception):
@@ -27,7 +34,7 @@ def naming(kind: str, name: str):
         text = str(error) or type(error).__name__
         # The core's SceneError names the object itself.
         named = f'"{name}"' in text or f"'{name}'" in text
-        raise SyncError(text if named else f"{kind} '{name}': {text}") from error
+        raise SyncError(text if named else f"{kind} '{name}': {text}", kind, name) from error
     finally:
         _innermost.reset(outer)
 
@@ -38,16 +45,38 @@ def naming_as_here():
     return nullcontext() if named is None else naming(*named)
 
 
+class Note(str):
+    """A remark's text, and the data-block it is about.
+
+    `kind`: "Object", "Light", "Camera", "Mesh", "Material", "World", "Image", or "" for none. `name`: of the object, or
+    of the data where there is none of that name. `node`: of the node in its tree, or "".
+    """
+
+    __slots__ = ("kind", "name", "node")
+
+    def __new__(cls, text: str, kind: str = "", name: str = "", node: str = ""):
+        note = super().__new__(cls, text)
+        note.kind, note.name, note.node = kind, name, node
+        return note
+
+
 class Notes:
     """Remarks that don't end a sync (something left out or replaced), each kept once, in order."""
 
     def __init__(self):
-        self._told = {}
+        self._told: dict[Note, bool] = {}
 
-    def add(self, text: str) -> None:
-        self._told.setdefault(text, False)
+    def add(self, text: str, kind: str = "", name: str = "", node: str = "") -> None:
+        """What it is about: see Note."""
+        self._told.setdefault(Note(text, kind, name, node), False)
 
-    def take(self) -> list[str]:
+    def add_unsupported(self, problems, kind: str = "Material") -> None:
+        """What a node tree has that is left out (headwater.materials.Unsupported), of a data-block of that kind."""
+        for problem in problems:
+            text = str(problem).replace("Material '", f"{kind} '", 1)
+            self.add(text, kind, problem.material, problem.node_name)
+
+    def take(self) -> list[Note]:
         """Those not taken before."""
         fresh = [text for text, told in self._told.items() if not told]
         for text in fresh:

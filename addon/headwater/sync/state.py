@@ -64,7 +64,7 @@ class SceneSync:
         self.materials = MaterialSync(edits, ids, notes, self.images, compile_material)
         self.meshes = MeshSync(edits, ids, notes)
         self.instances = InstanceSync(edits, ids, notes)
-        self.lights = LightSync(edits, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add))
+        self.lights = LightSync(edits, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add_unsupported))
         self.world = WorldSync(edits, ids, notes, self._flags, self.images, compile_world)
         self.camera = CameraSync(edits, notes)
         self.usable = True  # False: edits were forgotten, so the core's scene may lack what the parts believe it has
@@ -225,7 +225,7 @@ class _Frame:
                 return self._remember(self._geometry(row, obj, data, parent), obj, data, parent)
         # Curves, surfaces, text and metaballs come once as themselves and once as an instance of the mesh made of them.
         if kind in _NOT_YET:
-            self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')")
+            self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')", "Object", obj.name)
         return Group("")
 
     def _known(self, obj, data, parent) -> Group | None:

@@ -46,8 +46,7 @@ class WorldSync:
             return
         sample, width = sampling(world)
         compiled = self._compile(world)
-        for note in compiled.notes:
-            self._notes.add(note)
+        self._notes.add_unsupported(compiled.unsupported, "World")
         required = [self._images.require(request) for request in compiled.images]
         self._image_keys = tuple(key for _, key in required)
         program = compiled.program if compiled.program is not None and len(compiled.program) else None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Panels: ours, and Blender's own that are made for every engine."""
 
-from . import camera, inherited, light, material, object, render, view_layer, world
+from . import camera, header, inherited, light, log, material, object, render, statistics, view_layer, world
 
-_modules = (render, view_layer, camera, light, material, object, world, inherited)
+_modules = (render, statistics, log, view_layer, camera, light, material, object, world, header, inherited)
 
 
 def register():

@@ -74,6 +74,8 @@ class HEADWATER_LIGHT_PT_settings(_LightPanel, bpy.types.Panel):
         column.prop(light, "use_shadow", text="Cast Shadow")
         if hasattr(light, "cycles"):
             column.prop(light.cycles, "use_multiple_importance_sampling", text="Multiple Importance")
+            if light.type == "AREA" and light.cycles.is_portal:
+                column.prop(light.cycles, "is_portal", text="Portal")  # set for Cycles: says why the lamp is dark
         else:
             column.prop(light.headwater, "use_mis")
 

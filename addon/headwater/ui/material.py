@@ -71,6 +71,12 @@ class HEADWATER_MATERIAL_PT_surface(_MaterialPanel, bpy.types.Panel):
             self.layout.template_node_view(tree, output, output.inputs["Surface"])
 
 
+def _owner(material, name: str):
+    """Where a setting lives: Cycles' group, the material itself (from Blender 4.2 on for some), or ours; else None."""
+    owners = (getattr(material, "cycles", None), material, material.headwater)
+    return next((owner for owner in owners if hasattr(owner, name)), None)
+
+
 class HEADWATER_MATERIAL_PT_settings(_MaterialPanel, bpy.types.Panel):
     bl_label = "Settings"
     bl_options = {"DEFAULT_CLOSED"}
@@ -79,8 +85,14 @@ class HEADWATER_MATERIAL_PT_settings(_MaterialPanel, bpy.types.Panel):
         material = context.material
         column = split(self.layout)
         column.prop(material, "pass_index")
-        source = getattr(material, "cycles", None) or material.headwater
-        column.prop(source, "emission_sampling")
+        column.prop(_owner(material, "emission_sampling"), "emission_sampling")
+        for name, text in (
+            ("use_transparent_shadow", "Transparent Shadows"),
+            ("use_bump_map_correction", "Bump Map Correction"),
+        ):
+            owner = _owner(material, name)
+            if owner is not None:
+                column.prop(owner, name, text=text)
 
 
 register, unregister = bpy.utils.register_classes_factory(

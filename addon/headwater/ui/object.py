@@ -5,6 +5,8 @@ import bpy
 
 from .panel import HeadwaterPanel, split
 
+_SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+
 
 class _ObjectPanel(HeadwaterPanel):
     bl_context = "object"
@@ -12,7 +14,7 @@ class _ObjectPanel(HeadwaterPanel):
     @classmethod
     def applies(cls, context):
         obj = context.object
-        return obj is not None and obj.type in {"MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT"}
+        return obj is not None and (obj.type in {*_SURFACES, "LIGHT"} or obj.is_instancer)
 
 
 class HEADWATER_OBJECT_PT_ray_visibility(_ObjectPanel, bpy.types.Panel):
@@ -26,6 +28,8 @@ class HEADWATER_OBJECT_PT_ray_visibility(_ObjectPanel, bpy.types.Panel):
             column.prop(obj, f"visible_{ray}", text=ray.capitalize())
         if obj.type != "LIGHT":
             column.prop(obj, "visible_shadow", text="Shadow")
+        if obj.type in _SURFACES:
+            column.separator()
             column.prop(obj, "is_holdout")
 
 
@@ -35,7 +39,7 @@ class HEADWATER_OBJECT_PT_shading(_ObjectPanel, bpy.types.Panel):
 
     @classmethod
     def applies(cls, context):
-        return super().applies(context) and context.object.type != "LIGHT"
+        return context.object is not None and context.object.type in _SURFACES
 
     def draw(self, context):
         obj = context.object

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What our panels have in common: where they are and when they show."""
 
+import textwrap
+
 ENGINE = "HEADWATER"
+LETTER = 6.2  # pixels that a letter of the interface's font is wide on average, at scale 1
+MARGIN = 60.0  # pixels of a panel's width that a line of text cannot have: icon, borders, scroll bar
 
 
 class HeadwaterPanel:
@@ -25,3 +29,18 @@ def split(layout):
     layout.use_property_split = True
     layout.use_property_decorate = False
     return layout.column()
+
+
+def lines_of(context, text: str) -> list[str]:
+    """A text broken into lines as wide as the region: Blender's labels are cut off at the edge."""
+    scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
+    letters = (context.region.width / scale - MARGIN) / LETTER
+    return textwrap.wrap(text, max(int(letters), 20)) or [""]
+
+
+def paragraph(layout, context, text: str) -> None:
+    """A text over as many lines as it takes."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for line in lines_of(context, text):
+        column.label(text=line)

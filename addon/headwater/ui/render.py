@@ -9,7 +9,7 @@ from headwater.integrators import INTEGRATORS, PARAMETERS
 
 from .. import native, reuse_properties
 from ..render_settings import cycles_of, frame_of
-from .panel import HeadwaterPanel, split
+from .panel import HeadwaterPanel, paragraph, split
 
 
 class _RenderPanel(HeadwaterPanel):
@@ -32,14 +32,31 @@ class HEADWATER_RENDER_PT_sampling(_RenderPanel, bpy.types.Panel):
 
     def draw(self, context):
         scene = context.scene
-        own, cycles = scene.headwater, cycles_of(scene)
-        column = split(self.layout)
-        column.prop(own, "integrator")
+        own = scene.headwater
+        split(self.layout).prop(own, "integrator")
+        paragraph(self.layout, context, INTEGRATORS[own.integrator].description)
         if hasattr(scene, "cycles"):
-            column.prop(own, "use_cycles_settings")
-        column = self.layout.column()
-        column.prop(cycles or own, "samples")
-        column.prop(cycles or own, "time_limit")
+            self.layout.prop(own, "use_cycles_settings")
+
+
+class HEADWATER_RENDER_PT_sampling_viewport(_RenderPanel, bpy.types.Panel):
+    bl_label = "Viewport"
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling"
+
+    def draw(self, context):
+        source = cycles_of(context.scene) or context.scene.headwater
+        split(self.layout).prop(source, "preview_samples", text="Samples")
+
+
+class HEADWATER_RENDER_PT_sampling_render(_RenderPanel, bpy.types.Panel):
+    bl_label = "Render"
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling"
+
+    def draw(self, context):
+        source = cycles_of(context.scene) or context.scene.headwater
+        column = split(self.layout)
+        column.prop(source, "samples", text="Samples")
+        column.prop(source, "time_limit")
 
 
 class HEADWATER_RENDER_PT_reservoirs(_RenderPanel, bpy.types.Panel):
@@ -128,11 +145,14 @@ class HEADWATER_RENDER_PT_sampling_advanced(_RenderPanel, bpy.types.Panel):
         row.prop(cycles or own, "seed")
         row.prop(cycles or own, "use_animated_seed", text="", icon="TIME")
         column.prop(own, "light_choice")
-        if hasattr(cycles, "use_sample_subset"):  # Blender 4.3 has none
-            column.prop(cycles, "use_sample_subset")
-            if cycles.use_sample_subset:
-                column.prop(cycles, "sample_offset")
-                column.prop(cycles, "sample_subset_length")
+        if cycles:
+            if any(layer.samples > 0 for layer in context.scene.view_layers):
+                column.prop(cycles, "use_layer_samples")
+            if hasattr(cycles, "use_sample_subset"):  # Blender 4.3 has none
+                column.prop(cycles, "use_sample_subset")
+                if cycles.use_sample_subset:
+                    column.prop(cycles, "sample_offset")
+                    column.prop(cycles, "sample_subset_length")
 
 
 class HEADWATER_RENDER_PT_light_paths(_RenderPanel, bpy.types.Panel):
@@ -212,6 +232,8 @@ class HEADWATER_RENDER_PT_performance(_RenderPanel, bpy.types.Panel):
 _classes = (
     HEADWATER_PT_sampling_presets,
     HEADWATER_RENDER_PT_sampling,
+    HEADWATER_RENDER_PT_sampling_viewport,
+    HEADWATER_RENDER_PT_sampling_render,
     HEADWATER_RENDER_PT_reservoirs,
     HEADWATER_RENDER_PT_denoise,
     HEADWATER_RENDER_PT_viewport_denoise,

@@ -12,7 +12,7 @@ import weakref
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import denoising, native, options, preferences, render_settings
+from .. import denoising, log, native, options, preferences, render_settings
 from ..sync.camera import lens_settings, rigid
 from ..sync.problems import SyncError
 from ..sync.state import SceneSync
@@ -100,13 +100,14 @@ class View:
             if not isinstance(error, (SyncError, *native.expected_errors())):
                 traceback.print_exc()
             self._problem = str(error) or type(error).__name__
+            log.error(self._problem, error)
         finally:
             lock.release()
         self._edition += 1
         self.synced_at = time.perf_counter()
         self.sync_seconds = self.synced_at - begun
         for note in self._sync.notes.take():
-            print(f"Headwater: {note}")
+            log.note(note)
 
     def _ask(self, engine, context, depsgraph) -> None:
         """Asks the worker for the picture of this moment."""
@@ -127,6 +128,7 @@ class View:
             request = self._describe(context, space, scene, view_layer, depsgraph, size)
         except ValueError as error:
             self._problem = str(error)
+            log.error(self._problem, error)
             return
         if request != self._request:
             self._request = request
@@ -179,6 +181,11 @@ class View:
     def is_current(self, picture: Picture) -> bool:
         """Whether a picture shows what the viewport shows."""
         return picture.request == self._request and picture.request.edition == self._edition and self._waiting is None
+
+    @property
+    def statistics(self) -> dict | None:
+        """What the newest slice of the picture cost, as Session.stats says it; None before the first."""
+        return self._worker.statistics
 
     @property
     def status(self) -> str:
@@ -257,6 +264,12 @@ def _draw_later(engine) -> None:
     bpy.app.timers.register(redraw, first_interval=RESIZE_REST)
 
 
+def newest() -> View | None:
+    """The open view whose picture is the newest: the one that renders now. None where no viewport has a picture."""
+    drawn = [view for view in _views if not view.closed and view.picture is not None]
+    return max(drawn, key=lambda view: view.picture.at, default=None)
+
+
 def update(engine, context, depsgraph) -> None:
     """RenderEngine.view_update."""
     view = _view_of(engine)
@@ -279,6 +292,7 @@ def _view_of(engine) -> View | None:
             view = engine.view = View(engine)
         except native.NativeError as error:
             engine.update_stats("Headwater", str(error))
+            log.error(str(error), error)
             return None
     return view
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from headwater import denoiser
 
-from .. import native
+from .. import log, native
 from ..turns import turns
 from .camera import ViewCamera
 from .refinement import LARGEST_DIVIDER, Refinement, Speed
@@ -92,6 +92,7 @@ class Worker:
         self.not_denoised = ""  # why, where a picture should have been
         self.progress: dict = {}
         self.synced: dict = {}
+        self.statistics: dict | None = None  # of the last slice that was rendered in full
         self.paused = False
         self._scene, self._engine = scene, weakref.ref(engine)
         self._changed = threading.Condition()
@@ -191,6 +192,7 @@ class Worker:
             native.release()
         self._failed = request  # until something changes
         self.error = str(error) or kind
+        log.error(self.error, error)
         self._redraw()
 
     def _redraw(self) -> None:
@@ -239,6 +241,7 @@ class Worker:
             due = self._denoising_due(request, slice_)
             names = (request.channel, *(request.denoise.guides if due else ()))
             passes = {name: self._session.read(name) for name in names}
+            self.statistics = self._session.stats()
         self._show(request, slice_, four_channels(passes[request.channel]))
         if due:  # out of the turn: other views may render meanwhile
             self._denoise(request, passes, slice_)
