@@ -7,7 +7,7 @@ import bpy
 from bpy.props import IntProperty
 
 from ..log import log
-from .panel import HeadwaterPanel, lines_of
+from .panel import ICON, HeadwaterPanel, lines_of
 
 PAGE = 10  # entries shown at once
 _ICONS = {"ERROR": "CANCEL", "WARNING": "ERROR"}  # "ERROR" is the name of Blender's warning sign
@@ -43,7 +43,7 @@ class HEADWATER_RENDER_PT_log(HeadwaterPanel, bpy.types.Panel):
 def _draw_entry(column, context, entry) -> None:
     when = time.strftime("%H:%M:%S", time.localtime(entry.at))
     often = f" (× {entry.times})" if entry.times > 1 else ""
-    first, *rest = lines_of(context, f"{when}  {entry.text}{often}")
+    first, *rest = lines_of(context, f"{when}  {entry.text}{often}", ICON)
     column.scale_y = 0.9
     row = column.row()
     row.alignment = "LEFT"

@@ -4,8 +4,9 @@
 import textwrap
 
 ENGINE = "HEADWATER"
-LETTER = 6.2  # pixels that a letter of the interface's font is wide on average, at scale 1
-MARGIN = 60.0  # pixels of a panel's width that a line of text cannot have: icon, borders, scroll bar
+LETTER = 5.8  # pixels that a letter of the interface's font is wide on average, at scale 1
+MARGIN = 30.0  # pixels of a panel's width that a line of text cannot have: borders, scroll bar
+ICON = 24.0
 
 
 class HeadwaterPanel:
@@ -31,11 +32,11 @@ def split(layout):
     return layout.column()
 
 
-def lines_of(context, text: str) -> list[str]:
-    """A text broken into lines as wide as the region: Blender's labels are cut off at the edge."""
+def lines_of(context, text: str, indent: float = 0.0) -> list[str]:
+    """A text broken into lines as wide as the region less `indent` pixels: Blender's labels are cut off at the edge."""
     scale = context.preferences.system.ui_scale or 1.0  # 0 without a window
-    letters = (context.region.width / scale - MARGIN) / LETTER
-    return textwrap.wrap(text, max(int(letters), 20)) or [""]
+    letters = (context.region.width / scale - MARGIN - indent) / LETTER
+    return textwrap.wrap(text, max(int(letters), 16)) or [""]
 
 
 def paragraph(layout, context, text: str) -> None:

@@ -11,7 +11,6 @@ from ..viewport import view as viewport
 from .panel import HeadwaterPanel
 
 STAGES = 12  # most lines of stages; the rest is summed up
-MIB = 2**20
 
 
 class HEADWATER_RENDER_PT_statistics(HeadwaterPanel, bpy.types.Panel):
@@ -106,7 +105,7 @@ def _core_rows(stats: dict) -> list[tuple[str, str]]:
     if stats.get("device"):
         rows.append(("Device", f"{stats['device']}, {stats.get('tracer', '')}"))
     if stats.get("rays"):
-        rows.append(("Rays", f"{stats['rays'] / 1e6:.1f} M"))
+        rows.append(("Rays", f"{stats['rays']:,}"))
         rows.append(("Speed", f"{stats.get('mrays_per_second', 0.0):.2f} Mrays/s"))
     memory = stats.get("memory", {})
     for name, key in (
@@ -116,10 +115,10 @@ def _core_rows(stats: dict) -> list[tuple[str, str]]:
         ("Acceleration Structures", "acceleration_bytes"),
     ):
         if memory.get(key):
-            rows.append((name, _mebibytes(memory[key])))
+            rows.append((name, _size(memory[key])))
     if stats.get("reservoir_bytes"):
         share = stats["reservoir_bytes"] / max(memory.get("device_bytes", 0), stats["reservoir_bytes"])
-        rows.append(("Reservoirs", f"{_mebibytes(stats['reservoir_bytes'])}, {share:.0%} of the device memory in use"))
+        rows.append(("Reservoirs", f"{_size(stats['reservoir_bytes'])}, {share:.0%} of the device memory in use"))
     scene = stats.get("scene", {})
     if scene:
         rows.append(("Triangles", f"{scene['triangles']:,}"))
@@ -149,8 +148,8 @@ def _time(seconds: float) -> str:
     return f"{seconds:.2f} s" if seconds >= 1 else f"{1e3 * seconds:.1f} ms"
 
 
-def _mebibytes(size: int) -> str:
-    return f"{size / MIB:.1f} MiB"
+def _size(size: int) -> str:
+    return f"{size / 2**20:.1f} MiB" if size >= 2**20 else f"{size / 2**10:.1f} KiB"
 
 
 @persistent
