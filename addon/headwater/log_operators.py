@@ -6,8 +6,6 @@ from bpy.props import IntProperty
 
 from .log import Entry, log
 
-_OBJECT_KINDS = {"Object", "Light", "Camera", "Mesh"}
-
 
 class HEADWATER_OT_show_log_item(bpy.types.Operator):
     """Select the object that an entry of the log is about"""
@@ -73,12 +71,12 @@ def _objects(entry: Entry) -> list:
 
 def _materials(entry: Entry) -> list | None:
     """Materials an entry is about; None when it is about objects."""
-    if entry.kind in _OBJECT_KINDS:
-        return None
     if entry.kind == "Image":
         return [material for material in bpy.data.materials if _uses(material.node_tree, entry.name, set())]
-    material = bpy.data.materials.get(entry.name)
-    return [material] if material is not None else []
+    if entry.kind == "Material":
+        material = bpy.data.materials.get(entry.name)
+        return [material] if material is not None else []
+    return None
 
 
 def _uses(tree, image: str, seen: set) -> bool:

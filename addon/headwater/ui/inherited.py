@@ -14,6 +14,7 @@ EXCLUDED = {
     "DATA_PT_preview",
     "MATERIAL_PT_preview",
     "NODE_DATA_PT_light",
+    "OBJECT_PT_shading",  # light linking
     "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_simplify",

@@ -79,7 +79,7 @@ def render_rows(facts: dict) -> list[tuple[str, str]]:
         ("Time", _time(facts["render_seconds"])),
         ("Reading the Scene", _time(export.get("seconds", 0.0))),
         ("Upload, Build, Lights", _time(_sync_seconds(synced))),
-        *_core_rows(facts["core"]),
+        *_core_rows(facts["core"], facts["integrator"]),
     ]
 
 
@@ -87,19 +87,20 @@ def viewport_rows(view) -> list[tuple[str, str]]:
     """Rows for an open View that has statistics."""
     picture = view.picture
     request = picture.request
+    integrator = dict(request.settings)["integrator"]
     size = f"{request.width} × {request.height}"
     return [
         ("Size", size if picture.divider == 1 else f"{size}, at 1/{picture.divider}"),
-        ("Integrator", INTEGRATORS[dict(request.settings)["integrator"]].label),
+        ("Integrator", INTEGRATORS[integrator].label),
         ("Samples", f"{picture.samples} / {request.samples}"),
         ("Reading Changes", _time(view.sync_seconds)),
         ("Upload, Build, Lights", _time(_sync_seconds(view.core_sync))),
         ("Drawing", _time(view.draw_seconds)),
-        *_core_rows(view.statistics),
+        *_core_rows(view.statistics, integrator),
     ]
 
 
-def _core_rows(stats: dict) -> list[tuple[str, str]]:
+def _core_rows(stats: dict, integrator: str) -> list[tuple[str, str]]:
     """Rows for what core.Session.stats() says: docs/manual/stats.md."""
     rows = []
     if stats.get("device"):
@@ -119,6 +120,8 @@ def _core_rows(stats: dict) -> list[tuple[str, str]]:
     if stats.get("reservoir_bytes"):
         share = stats["reservoir_bytes"] / max(memory.get("device_bytes", 0), stats["reservoir_bytes"])
         rows.append(("Reservoirs", f"{_size(stats['reservoir_bytes'])}, {share:.0%} of the device memory in use"))
+    elif INTEGRATORS[integrator].defaults:
+        rows.append(("Reservoirs", "none: with so few lights it is rendered as Path Tracing"))
     scene = stats.get("scene", {})
     if scene:
         rows.append(("Triangles", f"{scene['triangles']:,}"))
