@@ -241,10 +241,11 @@ def test_statistics_have_the_last_picture_and_its_stages(tmp_path):
     assert not facts["first"] and facts["after"] and facts["loaded"] is None and not facts["view"]
     assert table["Integrator"] == "ReSTIR" and table["Size"] == "32 × 24" and table["Samples"] == "4"
     assert table["Speed"] == "6.17 Mrays/s" and table["Rays"] == "12,345,678"
-    assert table["Reservoirs"] == "3.0 MiB, 25% of the device memory in use"
+    assert table["Reservoirs"] == "3.0 MiB, 25% of device memory"
     stages = rows[rows.index(("Stages", "")) + 1 :]
     assert [name for name, _ in stages] == [f"s{i:02}" for i in range(14, 2, -1)] + ["others"]
     assert stages[0][1] == "1.50 s, 12%" and stages[-1][1] == "600.0 ms, 5%"
+    assert table["Device"] == "GPU" and table["Ray Tracing"] == "Vulkan Ray Query"
     assert facts["few"].startswith("none")
 
 

@@ -11,6 +11,7 @@ from ..viewport import view as viewport
 from .panel import HeadwaterPanel
 
 STAGES = 12  # most lines of stages; the rest is summed up
+_TRACERS = {"embree": "Embree", "ray_query": "Vulkan Ray Query"}
 
 
 class HEADWATER_RENDER_PT_statistics(HeadwaterPanel, bpy.types.Panel):
@@ -104,7 +105,8 @@ def _core_rows(stats: dict, integrator: str) -> list[tuple[str, str]]:
     """Rows for what core.Session.stats() says: docs/manual/stats.md."""
     rows = []
     if stats.get("device"):
-        rows.append(("Device", f"{stats['device']}, {stats.get('tracer', '')}"))
+        rows.append(("Device", stats["device"]))
+        rows.append(("Ray Tracing", _TRACERS.get(stats.get("tracer", ""), "")))
     if stats.get("rays"):
         rows.append(("Rays", f"{stats['rays']:,}"))
         rows.append(("Speed", f"{stats.get('mrays_per_second', 0.0):.2f} Mrays/s"))
@@ -119,9 +121,9 @@ def _core_rows(stats: dict, integrator: str) -> list[tuple[str, str]]:
             rows.append((name, _size(memory[key])))
     if stats.get("reservoir_bytes"):
         share = stats["reservoir_bytes"] / max(memory.get("device_bytes", 0), stats["reservoir_bytes"])
-        rows.append(("Reservoirs", f"{_size(stats['reservoir_bytes'])}, {share:.0%} of the device memory in use"))
+        rows.append(("Reservoirs", f"{_size(stats['reservoir_bytes'])}, {share:.0%} of device memory"))
     elif INTEGRATORS[integrator].defaults:
-        rows.append(("Reservoirs", "none: with so few lights it is rendered as Path Tracing"))
+        rows.append(("Reservoirs", "none: too few lights"))
     scene = stats.get("scene", {})
     if scene:
         rows.append(("Triangles", f"{scene['triangles']:,}"))
