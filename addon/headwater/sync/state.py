@@ -64,7 +64,9 @@ class SceneSync:
         self.materials = MaterialSync(edits, ids, notes, self.images, compile_material)
         self.meshes = MeshSync(edits, ids, notes)
         self.instances = InstanceSync(edits, ids, notes)
-        self.lights = LightSync(edits, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add_unsupported))
+        self.lights = LightSync(
+            edits, ids, notes, self._flags, lambda light: compile_lamp(light, notes.add_unsupported)
+        )
         self.world = WorldSync(edits, ids, notes, self._flags, self.images, compile_world)
         self.camera = CameraSync(edits, notes)
         self.usable = True  # False: edits were forgotten, so the core's scene may lack what the parts believe it has
