@@ -388,3 +388,20 @@ def test_nothing_leaks():
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
     assert result.returncode == 0, result.stderr
     assert "leak" not in result.stderr.lower() and "nanobind" not in result.stderr
+
+
+@pytest.mark.parametrize("tracer", ["embree", "ray_query"])
+def test_visibility_alone_is_an_edit(core, make_context, tracer):
+    """An object that nothing else changes of is hidden from the camera and shown again, in one session."""
+    scene = core.Scene()
+    scene.upsert_mesh(1, "quad", QUAD, TRIANGLES)
+    scene.set_world("sky", (1, 1, 1))
+    scene.set_camera("perspective", moved(z=4), (-0.4, 0.4, -0.4, 0.4))
+    session = core.Session(make_context(tracer=tracer), scene)
+    everyone = sum(core.flags[f"HW_MASK_{name}"] for name in ("CAMERA", "DIFFUSE", "SHADOW_OPAQUE"))
+    for visibility, seen in ((everyone, True), (everyone & ~core.flags["HW_MASK_CAMERA"], False), (everyone, True)):
+        scene.upsert_instance(1, 1, EYE, name="quad", visibility=visibility)
+        session.sync()
+        session.start({"width": 8, "height": 8, "samples": 1, "passes": ["Combined", "Depth"]})
+        session.finish()
+        assert (session.read("Depth").max() < 100) == seen

@@ -36,7 +36,8 @@ struct Tables::GroupSlot {
   const MeshSlot* mesh_slot = nullptr;
   std::uint32_t base = 0;  // first index in the instance table
   std::uint32_t slot_offset = 0, slot_count = 0;
-  std::uint32_t mask = 0;
+  bool casts_transparent = false;     // some of its materials let light through
+  std::uint32_t mask = 0;             // HW_MASK_* of an instance that can be hit
   std::uint32_t features = 0;         // HW_FEATURE_* that its materials need
   bool emitting_slots = false;        // some of its materials may emit
   bool emissive = false;              // ... and it has triangles to emit from

@@ -101,9 +101,7 @@ void Tables::lay_out_instances() {
     feature_sets[slot.features] += group.matrices.size();
     slot.slot_count = static_cast<std::uint32_t>(count);
     slot.emitting_slots = flags & HW_MATERIAL_EMISSIVE;
-    slot.mask = group.shared.visibility & 0xffu & ~HW_MASK_LAMP;
-    if ((flags & HW_MATERIAL_TRANSPARENT) && (slot.mask & HW_MASK_SHADOW_OPAQUE))
-      slot.mask = (slot.mask & ~HW_MASK_SHADOW_OPAQUE) | HW_MASK_SHADOW_TRANSPARENT;
+    slot.casts_transparent = (flags & HW_MATERIAL_TRANSPARENT) != 0;
     groups_.emplace_hint(groups_.end(), id, slot);
   }
   totals_.classes = choose_shading_classes(feature_sets);
@@ -114,6 +112,9 @@ void Tables::lay_out_instances() {
 
 void Tables::write_group(GroupSlot& slot) {
   const InstanceGroup& group = *slot.group;
+  slot.mask = group.shared.visibility & 0xffu & ~HW_MASK_LAMP;
+  if (slot.casts_transparent && (slot.mask & HW_MASK_SHADOW_OPAQUE))
+    slot.mask = (slot.mask & ~HW_MASK_SHADOW_OPAQUE) | HW_MASK_SHADOW_TRANSPARENT;
   const MeshSummary& box = slot.mesh->summary;
   InstanceRecord shared{};
   shared.mesh = slot.mesh_slot->record;
