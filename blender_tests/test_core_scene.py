@@ -396,7 +396,7 @@ def test_visibility_alone_is_an_edit(core, make_context, tracer):
     scene = core.Scene()
     scene.upsert_mesh(1, "quad", QUAD, TRIANGLES)
     scene.set_world("sky", (1, 1, 1))
-    scene.set_camera("perspective", moved(z=4), (-0.4, 0.4, -0.4, 0.4))
+    scene.set_camera("perspective", moved(z=4), (-0.2, 0.2, -0.2, 0.2))
     session = core.Session(make_context(tracer=tracer), scene)
     everyone = sum(core.flags[f"HW_MASK_{name}"] for name in ("CAMERA", "DIFFUSE", "SHADOW_OPAQUE"))
     for visibility, seen in ((everyone, True), (everyone & ~core.flags["HW_MASK_CAMERA"], False), (everyone, True)):
