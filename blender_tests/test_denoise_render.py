@@ -320,6 +320,28 @@ show(alpha=bool((pixels[..., 3] == noise[..., 3]).all()), same=bool((pixels == n
     assert facts["tried"] == [], "not before the start sample"
 
 
+def test_viewport_denoises_coarse_pictures_that_take_no_time(oidn, tmp_path):
+    facts = run(
+        WORKER
+        + """
+from headwater_addon.viewport.refinement import Slice
+coarse, seen, show_slice = Slice(4, 1, False, True), [], worker._show
+worker._show = lambda request, slice_, pixels, denoised=False: seen.append([slice_.divider, denoised])
+asked = request()
+passes = {name: np.random.default_rng(1).random((16, 24, n), np.float32)
+          for name, n in (("Combined", 4), ("Denoising Albedo", 3))}
+due = worker._denoising_due(asked, coarse)
+worker._denoise_coarse(asked, passes, coarse)
+worker._coarse_rate = 1.0
+slow = worker._denoising_due(asked, coarse)
+worker.close(10.0)
+show(due=due, slow=slow, seen=seen)
+""",
+        tmp_path,
+    )
+    assert facts["due"] and not facts["slow"] and facts["seen"] == [[4, True]]
+
+
 def test_viewport_leaves_denoising_for_a_newer_request(oidn, tmp_path):
     facts = run(
         WORKER

@@ -47,7 +47,7 @@ def test_error_falls_and_alpha_stays(oidn, prefilter):
 
 @pytest.mark.parametrize("prefilter", denoiser.PREFILTERS)
 def test_colour_stays_at_sixteen_samples(oidn, prefilter):
-    # At one such sample ACCURATE darkens a channel by up to 6 %: docs/decisions/0010-denoising.md.
+    # At one such sample the network darkens a channel by up to 7 %: docs/measurements/denoising.md.
     clean, noisy, albedo, normal = scene()
     noisy[..., :3] = clean * np.random.default_rng(3).gamma(16, 1 / 16, clean.shape)
     picture = oidn.denoise(noisy, albedo, normal, prefilter=prefilter)

@@ -9,7 +9,7 @@ import threading
 import time
 import traceback
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from .refinement import LARGEST_DIVIDER, Refinement, Speed
 WAIT_MS = 10
 UNSEEN_SECONDS = 2.0  # a picture that is not drawn for so long is not improved: the viewport is covered or gone
 DENOISE_SECONDS = 0.5  # between denoised pictures, but for the last
+COARSE_DENOISE_SECONDS = 0.05  # coarse pictures are denoised where that takes no longer
+COARSE_DENOISE_RATE = 5e5  # pixels a second, before it is known
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class Worker:
         self._unseen_since: float | None = None  # when the first picture was made that was not drawn
         self._ready: Request | None = None  # the core's tables hold this one's scene and camera
         self._refinement: Refinement | None = None
+        self._coarse_rate = COARSE_DENOISE_RATE
         self._denoise_at = 0.0  # not before: time.perf_counter()
         self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
         self._thread.start()
@@ -242,8 +245,12 @@ class Worker:
             names = (request.channel, *(request.denoise.guides if due else ()))
             passes = {name: self._session.read(name) for name in names}
             self.statistics = self._session.stats()
+        # Denoising is out of the turn: other views may render meanwhile.
+        if due and slice_.divider > 1:
+            self._denoise_coarse(request, passes, slice_)
+            return
         self._show(request, slice_, four_channels(passes[request.channel]))
-        if due:  # out of the turn: other views may render meanwhile
+        if due:
             self._denoise(request, passes, slice_)
 
     def _show(self, request: Request, slice_, pixels: np.ndarray, denoised: bool = False) -> None:
@@ -251,16 +258,40 @@ class Worker:
         shown = self.picture
         if shown is not None and shown.request == request:
             # A denoised picture stays until the next denoised one: noise does not flicker in.
-            if slice_.divider > shown.divider or slice_.samples < shown.samples or (shown.denoised and not denoised):
+            if slice_.divider > shown.divider or slice_.samples < shown.samples:
+                return
+            if shown.denoised and not denoised:
                 return
         pixels = np.ascontiguousarray(pixels)
         self.picture = Picture(request, pixels, slice_.divider, slice_.samples, time.perf_counter(), denoised)
         self._redraw()
 
     def _denoising_due(self, request: Request, slice_) -> bool:
-        if request.denoise is None or slice_.divider > 1 or slice_.samples < request.denoise_from:
+        if request.denoise is None or slice_.samples < request.denoise_from:
             return False
+        if slice_.divider > 1:
+            x0, y0, x1, y1 = request.region
+            quick = (x1 - x0) * (y1 - y0) / slice_.divider**2 <= self._coarse_rate * COARSE_DENOISE_SECONDS
+            if not quick:
+                self._coarse_rate *= 1.05  # in time it is tried again
+            return quick
         return self._refinement.finished or time.perf_counter() >= self._denoise_at
+
+    def _denoise_coarse(self, request: Request, passes: dict, slice_) -> None:
+        """Shows a coarse picture denoised at once. A newer request does not end it: an orbit makes one every draw."""
+        begun = time.perf_counter()
+        pixels, denoised = passes[request.channel], True
+        try:
+            quick = replace(request.denoise, prefilter="FAST", quality="FAST")
+            pixels = quick.run(passes.__getitem__, lambda: self._closing)
+        except denoiser.DenoiseCancelled:
+            return
+        except (RuntimeError, MemoryError):  # the full picture's denoising tells
+            denoised = False
+        else:
+            rate = pixels.shape[0] * pixels.shape[1] / max(time.perf_counter() - begun, 1e-6)
+            self._coarse_rate = 0.5 * (self._coarse_rate + rate)
+        self._show(request, slice_, four_channels(pixels), denoised)
 
     def _denoise(self, request: Request, passes: dict, slice_) -> None:
         """Shows the picture denoised; a newer request ends it."""
@@ -271,7 +302,8 @@ class Worker:
             return
         except (RuntimeError, MemoryError) as error:  # the noisy picture stays
             self.not_denoised = denoiser.unavailable() or str(error) or type(error).__name__
-            self._redraw()
+            self.picture = replace(self.picture, denoised=False)  # a coarse one gives way
+            self._show(request, slice_, four_channels(passes[request.channel]))
             return
         finally:
             now = time.perf_counter()
@@ -290,6 +322,7 @@ class Worker:
             (x1 - x0) * (y1 - y0), request.samples, self._speed, moving=moving, least=self._least
         )
         self._ready = request
+        self._denoise_at = 0.0  # the first full picture is denoised whenever the last one was
 
     def _render(self, request: Request, slice_) -> bool:
         """Whether the slice was rendered in full."""
