@@ -102,7 +102,7 @@ def memory_text(scene) -> str:
 class _DenoisePanel(_RenderPanel):
     """A switch in the header, and how it is done; `prefix`: of the properties' names, Cycles' and ours alike."""
 
-    bl_parent_id = "HEADWATER_RENDER_PT_sampling"
+    bl_label = "Denoise"
     bl_options = {"DEFAULT_CLOSED"}
     prefix = ""
 
@@ -125,11 +125,11 @@ class _DenoisePanel(_RenderPanel):
 
 
 class HEADWATER_RENDER_PT_denoise(_DenoisePanel, bpy.types.Panel):
-    bl_label = "Denoise"
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling_render"
 
 
 class HEADWATER_RENDER_PT_viewport_denoise(_DenoisePanel, bpy.types.Panel):
-    bl_label = "Viewport Denoise"
+    bl_parent_id = "HEADWATER_RENDER_PT_sampling_viewport"
     prefix = "preview_"
 
 
