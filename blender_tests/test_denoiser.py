@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The denoiser by itself, on pictures made here: error, colour, alpha, bad pixels, tiny pictures, cancel, absence."""
 
+import importlib.util
+import os
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -89,6 +94,27 @@ def test_absent_library_names_what_was_searched(monkeypatch):
             denoiser.denoise(np.ones((2, 2, 3), np.float32))
     finally:
         denoiser._load.cache_clear()
+
+
+def test_the_copy_that_blender_links_with_is_taken():
+    """Any other would take symbols from it: but for the package's, whose symbols have names of their own."""
+    bpy = importlib.util.find_spec("bpy")
+    folder = Path(bpy.submodule_search_locations[0]) / "lib" if bpy else Path("absent")
+    theirs, tbb = folder / denoiser.SONAME, folder / "libtbb.so.12"
+    if not theirs.exists() or (Path(denoiser.__file__).parent / "oidn").exists():
+        pytest.skip("no bpy with Open Image Denoise, or a copy of the package's own")
+    code = """
+import numpy as np
+from headwater import denoiser
+noise = np.random.default_rng(1).random((64, 64, 3), np.float32)
+assert denoiser.denoise(noise).std() < 0.5 * noise.std()
+paths = {line.split()[-1] for line in open("/proc/self/maps") if "OpenImageDenoise" in line}
+print(*{path.rpartition("/")[0] for path in paths})
+"""
+    environment = dict(os.environ, LD_PRELOAD=f"{theirs} {tbb}", PYTHONPATH=str(Path(__file__).parent.parent))
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.split() == [str(folder)]
 
 
 def test_wrong_shapes_are_named():
