@@ -17,7 +17,6 @@ fetch_python_headers() {
 # Open Image Denoise for the wheel, in .deps/oidn.
 collect_oidn() {
   local key collected="$root/.deps/oidn"
-  [ -f tools/collect_oidn.py ] || return 0
   key=$(cat tools/collect_oidn.py requirements/constraints.txt | sha256sum)
   [ "$(cat "$collected.made-of" 2>/dev/null)" != "$key" ] || return 0
   run_step "collect Open Image Denoise" "$py" tools/collect_oidn.py --out "$collected"

@@ -4,7 +4,7 @@
 
   package_extension.py --core311 FILE --core312 FILE --glm FOLDER --volk FOLDER --blender-ext FILE --out FOLDER
 
-Open Image Denoise is taken from .deps/oidn where tools/collect_oidn.py filled it.
+Open Image Denoise is taken from .deps/oidn, which tools/collect_oidn.py fills.
 
 The wheel (docs/decisions/0011-extension-package.md) holds the Python package, the core for Python 3.11 and that for the
 stable ABI of 3.12 on, Embree and TBB, and the notices of what others wrote. Blender's own packager, a script in PyPI's
@@ -162,7 +162,7 @@ def why_stale(out: Path) -> str:
 
 
 def denoiser_files() -> dict[str, bytes]:
-    """Open Image Denoise as headwater/denoiser.py looks for it in the package; empty where it was not collected."""
+    """Open Image Denoise, where headwater/denoiser.py looks for it in the package; empty where it was not collected."""
     return {f"headwater/oidn/lib/{path.name}": path.read_bytes() for path in sorted(OIDN.glob("*")) if path.is_file()}
 
 
@@ -215,6 +215,8 @@ def make_wheel(arguments, stage: Path, wheels: Path) -> None:
         if exported(core) != ["PyInit__core"]:
             raise PackageError(f"{core.name} shows the process more than its entry: {', '.join(exported(core)[:8])}")
 
+    if not denoiser_files():
+        raise PackageError(f"no Open Image Denoise in {os.path.relpath(OIDN)}: tools/collect_oidn.py puts it there")
     beside = frozenset(path.name for path in OIDN.glob("*.so*"))
     for name in beside:
         check_library(OIDN / name, beside)

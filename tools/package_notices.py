@@ -10,6 +10,12 @@ import importlib.util
 import subprocess
 from pathlib import Path
 
+# PyPI's pyoidn carries its libraries without their licences.
+DENOISER = """\
+Open Image Denoise and its weights (libOpenImageDenoise*, libheadwater-oidn-core.so), Copyright Intel Corporation, and
+oneTBB (libheadwater-oidn-tbb.so), Copyright Intel Corporation, from PyPI's pyoidn, with symbols and file names changed
+(tools/collect_oidn.py of Headwater), are under the Apache License, Version 2.0: Apache-2.0.txt beside this file.
+"""
 DOCUMENTS = Path("/usr/share/doc")
 # SPDX expression of the wheel: ours, Embree and oneTBB; nanobind; robin_map, volk and GLM.
 EXPRESSION = "Apache-2.0 AND BSD-3-Clause AND MIT"
@@ -53,6 +59,7 @@ def notices(embree: Path, tbb: Path, glm: Path, volk: Path) -> dict[str, bytes]:
     return {
         "Embree": of_debian(embree),
         "oneTBB": of_debian(tbb),
+        "Open Image Denoise": DENOISER.encode(),
         "GLM": of_debian(glm / "glm" / "glm.hpp"),
         "volk": of_debian(volk / "volk.h"),
         "nanobind": of_nanobind(),

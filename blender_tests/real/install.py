@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The extension's life in a real Blender: install, render, no device, farm guard, disable, again, update, uninstall.
+"""The extension's life in a real Blender: install, render, denoise, no device, farm guard, off and on, uninstall.
 
   install.py LAUNCHER ZIP FOLDER
 
@@ -25,6 +25,18 @@ scene.headwater.use_cycles_settings, scene.headwater.samples = False, 4
 scene.render.image_settings.file_format = "PNG"
 scene.frame_end = 1
 bpy.ops.wm.save_as_mainfile(filepath={file!r})
+"""
+# A picture denoised by the package's own library, no other having been loaded for it.
+DENOISE = """
+import bpy, re
+scene = bpy.context.scene
+before = open("/proc/self/maps").read()
+scene.headwater.use_denoising = True
+scene.render.filepath = {picture!r}
+bpy.ops.render.render(write_still=True)
+libraries = set(re.findall(r"/\\S*(?:oidn|OpenImageDenoise)\\S*[.]so\\S*", open("/proc/self/maps").read()))
+new = {{library for library in libraries if library not in before}}
+assert len(new) == 4 and all("/site-packages/headwater/oidn/lib/" in library for library in new), new
 """
 TOGGLE = """
 import addon_utils, bpy
@@ -98,6 +110,10 @@ def main(launcher: str, zip_path: str, folder: str) -> None:
         written = Path(f"{picture}0001.png")
         session.expect(written.is_file() and written.stat().st_size > 1000, f"no picture by {tracer}")
         written.replace(session.folder / f"{tracer}.png")
+    denoised = session.folder / "denoised.png"
+    denoise = session.script("denoise.py", DENOISE.format(picture=str(denoised)))
+    said = session.blender("-b", file, "--python-exit-code", "3", "--python", denoise)
+    session.expect(denoised.is_file() and "not denoised" not in said, "no denoised picture")
     session.blender("-b", file, *animation, status=1, says="mesa-vulkan-drivers", environment=no_device)
     session.blender("-b", file, "-P", GUARD, *animation)
     session.blender("-b", file, "-P", GUARD, *animation, status=3, says="no Vulkan driver", environment=no_device)
