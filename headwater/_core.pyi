@@ -241,7 +241,7 @@ class Scene:
 
 class Context:
     """
-    A Vulkan device and the Tracer that serves it. Expensive to make: keep it.
+    A Vulkan device and its kernels. Expensive to make: keep it. One of its sessions renders at a time.
     """
 
     def __init__(self, device: str = "", tracer: str = "auto", threads: int = 0, validation: bool = False) -> None:
