@@ -167,7 +167,9 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
 }
 
 void bind_context(nb::module_& m) {
-  nb::class_<Context>(m, "Context", "A Vulkan device and its kernels. Expensive to make: keep it. One of its sessions renders at a time.")
+  nb::class_<Context>(
+      m, "Context",
+      "A Vulkan device and its kernels. Expensive to make: keep it. One of its sessions renders at a time.")
       .def(nb::new_(&new_context), "device"_a = "", "tracer"_a = "auto", "threads"_a = 0, "validation"_a = false,
            "device: empty for the best, a part of a device's name, its index, or \"gpu\", \"discrete\", "
            "\"integrated\",\n"
