@@ -321,7 +321,7 @@ def main(folder) -> None:
     final.traceback = type("Traces", (), {"print_exc": staticmethod(lambda: traces.append(traceback.format_exc()))})
     kind = sys.modules["headwater_addon.sync.problems"].Notes
     add_note = kind.add
-    kind.add = lambda self, text: (notes.append(text), add_note(self, text))[1]
+    kind.add = lambda self, text, *about: (notes.append(text), add_note(self, text, *about))[1]
     write_files(folder)
     results = {}
     table = cases(folder)
