@@ -63,6 +63,7 @@ class View:
         updates = Updates(depsgraph, not self._compare)
         self._waiting = updates if self._waiting is None else self._waiting.joined(updates)
         self._compare = False
+        self._worker.void()
         self._sync_now(context, depsgraph)
 
     def draw(self, engine, context, depsgraph) -> None:

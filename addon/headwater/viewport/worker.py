@@ -21,6 +21,7 @@ from .camera import ViewCamera
 from .refinement import LARGEST_DIVIDER, Refinement, Speed
 
 WAIT_MS = 10
+ORBIT_REST = 0.15  # seconds without a newer request after which a coarse picture is refined: orbits keep the processor
 UNSEEN_SECONDS = 2.0  # a picture that is not drawn for so long is not improved: the viewport is covered or gone
 DENOISE_SECONDS = 0.5  # between denoised pictures, but for the last
 COARSE_DENOISE_SECONDS = 0.05  # coarse pictures are denoised where that takes no longer
@@ -101,6 +102,9 @@ class Worker:
         self._request: Request | None = None
         self._failed: Request | None = None
         self._closing = False
+        self._void = False  # the scene is being edited: what is rendered now will not be shown
+        self._orbits = False  # only the camera moved since the last picture
+        self._refine_at = 0.0
         self._session = self._context = None
         self._speed, self._least = Speed(), 1
         self._unseen_since: float | None = None  # when the first picture was made that was not drawn
@@ -111,9 +115,15 @@ class Worker:
         self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
         self._thread.start()
 
+    def void(self) -> None:
+        """The scene changes: rendering rests until `ask`, so that the edit has the processor."""
+        with self._changed:
+            self._void = True
+
     def ask(self, request: Request) -> None:
         with self._changed:
-            if request != self._request:
+            if self._void or request != self._request:
+                self._void = False
                 self._request = request
                 self._changed.notify_all()
 
@@ -165,7 +175,7 @@ class Worker:
         while True:
             with self._changed:
                 while not self._closing and not self._has_work():
-                    self._changed.wait()
+                    self._changed.wait(self._rest())
                 if self._closing:
                     break
                 request = self._request
@@ -178,9 +188,14 @@ class Worker:
 
     def _has_work(self) -> bool:
         request = self._request
-        if request is None or self.paused or request == self._failed or self._is_unseen():
+        if request is None or self.paused or self._void or request == self._failed or self._is_unseen():
             return False
-        return self._ready != request or not self._refinement.finished
+        return self._ready != request or (not self._refinement.finished and time.perf_counter() >= self._refine_at)
+
+    def _rest(self) -> float | None:
+        """Seconds until there may be work without anyone's word."""
+        left = self._refine_at - time.perf_counter()
+        return left if left > 0 else None
 
     def _fail(self, request: Request, error: Exception) -> None:
         kind = type(error).__name__
@@ -241,6 +256,8 @@ class Worker:
                 self._refinement.interrupted(slice_)
                 return
             self._refinement.done(slice_, seconds)
+            if self._orbits:
+                self._refine_at, self._orbits = time.perf_counter() + ORBIT_REST, False
             due = self._denoising_due(request, slice_)
             names = (request.channel, *(request.denoise.guides if due else ()))
             passes = {name: self._session.read(name) for name in names}
@@ -321,7 +338,7 @@ class Worker:
         self._refinement = Refinement(
             (x1 - x0) * (y1 - y0), request.samples, self._speed, moving=moving, least=self._least
         )
-        self._ready = request
+        self._ready, self._orbits = request, moving
         self._denoise_at = 0.0  # the first full picture is denoised whenever the last one was
 
     def _render(self, request: Request, slice_) -> bool:
@@ -340,7 +357,8 @@ class Worker:
             )
         )
         while not session.wait(WAIT_MS):
-            if self._closing or self.paused or (slice_.interruptible and self._request != request):
+            stale = self._void or self._request != request
+            if self._closing or self.paused or (slice_.interruptible and stale):
                 session.cancel()
         session.finish()
         self.progress = session.progress()
