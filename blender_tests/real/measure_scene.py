@@ -120,7 +120,10 @@ def steps(session):
         }
     yield from session.settled(16, 120)
     session.shot("01_camera")
-    session.region_3d.view_perspective = "PERSP"
+    session.region_3d.view_perspective = "PERSP"  # from where the scene's camera stands
+    session.space.lens = scene.camera.data.lens
+    session.region_3d.view_distance = 3.0
+    session.region_3d.view_matrix = scene.camera.matrix_world.inverted()
     yield from session.settled(1)
     yield from orbit(session, "orbit")
     session.shot("02_orbit")
