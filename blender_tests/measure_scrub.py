@@ -35,7 +35,7 @@ def settings_of(scene, size, bounces: int) -> dict:
 
 def timed_picture(session, settings: dict, seconds: float) -> tuple[np.ndarray, int]:
     """What there is when the time is over, in whole samples."""
-    end, samples = time.perf_counter() + seconds, 0
+    end, samples, took = time.perf_counter() + seconds, 0, 0.0
     while samples == 0 or time.perf_counter() < end - took:
         begun = time.perf_counter()
         session.start(settings | {"samples": samples + 1, "resume": samples > 0, "continue_history": True})
