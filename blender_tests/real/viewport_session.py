@@ -273,6 +273,7 @@ def steps(session):
     facts["scrub_sync_ms_p95"] = float(np.percentile(scrub, 95))
     session.shot("30_scrubbed")
 
+    yield from two_viewports(session)
     yield from final_pictures(session)
 
     saved = str(session.folder / "saved.blend")
@@ -297,6 +298,31 @@ def steps(session):
         session.scene.render.engine = "HEADWATER"
         yield from session.settled(SAMPLES)
     session.shot("60_end")
+
+
+def two_viewports(session):
+    """A second viewport, through the camera: both render, both show an edit, and closing it leaves one."""
+    with session.context():
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    yield 0.5
+    areas = [area for area in session.window.screen.areas if area.type == "VIEW_3D"]
+    for area in areas:
+        area.spaces.active.shading.type = "RENDERED"
+    areas[1].spaces.active.region_3d.view_perspective = "CAMERA"
+
+    def both_have(samples: int, of=()) -> bool:
+        pictures = [view.picture for view in session.views if view.picture and view.is_current(view.picture)]
+        fresh = [picture for picture in pictures if picture.request not in of]
+        return len([picture for picture in fresh if picture.divider == 1 and picture.samples >= samples]) == 2
+
+    yield from session.until(lambda: both_have(4), 30, "pictures in two viewports")
+    before = [view.picture.request for view in session.views]
+    bpy.data.objects["Cube"].location.x += 0.2
+    yield from session.until(lambda: both_have(4, before), 30, "an edit in two viewports")
+    session.shot("35_two")
+    with bpy.context.temp_override(window=session.window, area=areas[1]):
+        bpy.ops.screen.area_close()
+    yield from session.until(lambda: len(session.views) == 1, 10, "one view left")
 
 
 def final_pictures(session):
