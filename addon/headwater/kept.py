@@ -5,10 +5,9 @@ Kept over frames in animations and with persistent data, so that only what chang
 Freed when the render ends (unless data is persistent), when another file is loaded, and when the add-on is turned off.
 """
 
-import bpy
 from bpy.app.handlers import persistent
 
-from . import native
+from . import handlers, native
 from .sync.state import SceneSync
 
 
@@ -75,14 +74,10 @@ _handlers = (
 
 
 def register():
-    for name, handler in _handlers:
-        getattr(bpy.app.handlers, name).append(handler)
+    handlers.add(_handlers)
 
 
 def unregister():
-    for name, handler in _handlers:
-        found = getattr(bpy.app.handlers, name)
-        if handler in found:
-            found.remove(handler)
+    handlers.remove(_handlers)
     drop_all()
     native.release()

@@ -9,8 +9,9 @@ import threading
 import time
 from dataclasses import dataclass, replace
 
-import bpy
 from bpy.app.handlers import persistent
+
+from . import handlers
 
 CAPACITY = 200
 _NAMED = re.compile(r"""\b(object|instance|mesh|light|material|image|camera|world) ["'](.+?)["']""", re.IGNORECASE)
@@ -95,11 +96,13 @@ def _file_loaded(*_):
     log.clear()
 
 
+_handlers = (("load_post", _file_loaded),)
+
+
 def register():
-    bpy.app.handlers.load_post.append(_file_loaded)
+    handlers.add(_handlers)
 
 
 def unregister():
-    if _file_loaded in bpy.app.handlers.load_post:
-        bpy.app.handlers.load_post.remove(_file_loaded)
+    handlers.remove(_handlers)
     log.clear()

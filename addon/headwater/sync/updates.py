@@ -10,6 +10,8 @@ handler notes it.
 import bpy
 from bpy.app.handlers import persistent
 
+from .. import handlers
+
 _SHARED = -1  # stands for all node groups and images: no data-block has this session_uid
 _edits: dict[int, int] = {}  # session_uid → number of its last edit that can matter
 _edit_count = 0
@@ -132,21 +134,23 @@ def _note_edits(_scene, depsgraph):
             _edits[block.original.session_uid] = _edit_count
 
 
+_noted = (("depsgraph_update_post", _note_edits),)
+
+
 def register():
-    bpy.app.handlers.depsgraph_update_post.append(_note_edits)
+    handlers.add(_noted)
 
 
 def unregister():
-    if _note_edits in bpy.app.handlers.depsgraph_update_post:
-        bpy.app.handlers.depsgraph_update_post.remove(_note_edits)
+    handlers.remove(_noted)
     _edits.clear()
 
 
 def _handlers() -> bool:
     """Whether other scripts run at a frame change: they may write anything."""
-    handlers = bpy.app.handlers
+    lists = bpy.app.handlers
     names = ("frame_change_pre", "frame_change_post", "depsgraph_update_pre", "depsgraph_update_post", "render_pre")
-    return any(handler is not _note_edits for name in names for handler in getattr(handlers, name))
+    return any(handler is not _note_edits for name in names for handler in getattr(lists, name))
 
 
 def _is_driven(block) -> bool:

@@ -12,7 +12,7 @@ import weakref
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import denoising, log, native, options, preferences, render_settings
+from .. import denoising, handlers, log, native, options, preferences, render_settings
 from ..sync.camera import lens_settings, rigid
 from ..sync.problems import SyncError
 from ..sync.state import SceneSync
@@ -314,13 +314,9 @@ _handlers = (("undo_post", _history_changed), ("redo_post", _history_changed), (
 
 
 def register():
-    for name, handler in _handlers:
-        getattr(bpy.app.handlers, name).append(handler)
+    handlers.add(_handlers)
 
 
 def unregister():
-    for name, handler in _handlers:
-        found = getattr(bpy.app.handlers, name)
-        if handler in found:
-            found.remove(handler)
+    handlers.remove(_handlers)
     close_all()
