@@ -6,6 +6,7 @@ import os
 
 import bpy
 import numpy as np
+from mathutils import Euler, Matrix, Vector
 
 SIDE = 8
 
@@ -66,15 +67,27 @@ def fill(cases: dict, prepare=lambda: None) -> dict:
         mesh.materials.append(material)
         mesh.polygons[i].material_index = i
     scene = bpy.context.scene
-    scene.collection.objects.link(bpy.data.objects.new("board", mesh))
+    place = Matrix.LocRotScale(Vector((3, -2, 1)), None, Vector((2, 2, 2)))
+    _unseen(mesh, place)  # so that the board is not the first of the instances
+    board = bpy.data.objects.new("board", mesh)
+    scene.collection.objects.link(board)
+    board.matrix_world = place
     camera = scene.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     scene.collection.objects.link(camera)
-    camera.data.type, camera.data.ortho_scale = "ORTHO", max(columns, rows)
-    camera.location = (columns / 2, rows / 2, 5)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 2 * max(columns, rows)
+    camera.location = place @ Vector((columns / 2, rows / 2, 5))
     scene.render.resolution_x, scene.render.resolution_y = columns * SIDE, rows * SIDE
     scene.render.resolution_percentage = 100
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
     return materials
+
+
+def _unseen(mesh, place) -> None:
+    """Three objects behind the camera, each placed otherwise."""
+    for i in range(3):
+        obj = bpy.data.objects.new(f"a{i}", mesh)
+        bpy.context.scene.collection.objects.link(obj)
+        obj.matrix_world = place @ Matrix.LocRotScale(Vector((0, 0, 50 + i)), Euler((i, 1, 2)), Vector((1, 2 + i, 3)))
 
 
 def columns_of(count: int) -> int:

@@ -40,7 +40,7 @@ ClosureList closures_at(uint64_t address, uint count) {
   HW_HAS(HW_FEATURE_MICROFACET | HW_FEATURE_ROUGH_DIFFUSE | HW_FEATURE_SHEEN | HW_FEATURE_TOON)
 #define HW_CLOSURE_HAS_COLOR1 HW_HAS(HW_FEATURE_METALLIC | HW_FEATURE_CONDUCTOR | HW_FEATURE_TRANSMISSION)
 
-uint64_t closure_address(ClosureList list, uint i) { return list.base + uint64_t(i * 64u); }
+uint64_t closure_address(ClosureList list, uint i) { return list.base + uint64_t(i * HW_CLOSURE_BYTES); }
 
 Closure closure_load(ClosureList list, uint i) {
   Words w = Words(closure_address(list, i));

@@ -32,7 +32,7 @@ struct InstanceHit {
 };
 
 InstanceHit instance_load(uint instance) {
-  Words w = Words(HW_ROOT.instances + uint64_t(instance) * 224ul);
+  Words w = Words(HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES);
   InstanceHit r;
   for (uint i = 0u; i < 6u; ++i) {
     uint64_t pair = w.at[i];

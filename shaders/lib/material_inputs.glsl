@@ -24,7 +24,7 @@ void input_pixel_tangents(MaterialInputs m, out vec3 dx, out vec3 dy) {
 const uint HW_INPUT_OBJECT_TO_WORLD = 0u;
 const uint HW_INPUT_WORLD_TO_OBJECT = 6u;  // in 64-bit words
 float[12] input_matrix(uint instance, uint first) {
-  Words w = Words(HW_ROOT.instances + uint64_t(instance) * 216ul + uint64_t(first) * 8ul);
+  Words w = Words(HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES + uint64_t(first) * 8ul);
   float m[12];
   for (uint i = 0u; i < 6u; ++i) {
     uint64_t pair = w.at[i];

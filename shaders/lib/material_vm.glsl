@@ -172,7 +172,7 @@ void vm_procedural() {
 
 // Runs the value rows of a section; `vm_row` is then its first closure row, or its end. False: the section is empty.
 bool vm_values(MaterialInputs m, uint section) {
-  Words material = Words(HW_ROOT.materials + uint64_t(m.material) * 32ul);
+  Words material = Words(HW_ROOT.materials + uint64_t(m.material) * HW_MATERIAL_BYTES);
   uint64_t program = material.at[0];
   vm_words = HW_ROOT.programs + uint64_t(word_low(program)) * 4ul;
   vm_constants = HW_ROOT.constants + uint64_t(word_low(material.at[1])) * 16ul;

@@ -15,7 +15,7 @@ layout(constant_id = 8) const uint HW_WEIGHTS = 0u;  // HW_REUSE_WEIGHTS_*: kern
 bool reuse_has(uint flag) { return (HW_REUSE.flags & flag) != 0u; }
 
 // Records by words (lib/words.glsl); the order is their members'.
-Words proxy_words(uint light) { return Words(HW_REUSE.proxies + uint64_t(light) * 48ul); }
+Words proxy_words(uint light) { return Words(HW_REUSE.proxies + uint64_t(light) * HW_LIGHT_PROXY_BYTES); }
 LightProxy proxy_load(uint light) {
   Words w = proxy_words(light);
   uint64_t w1 = w.at[1], w2 = w.at[2], w4 = w.at[4];
@@ -35,7 +35,7 @@ LightProxy proxy_load(uint light) {
 }
 
 Reservoir reservoir_load(uint64_t array, uint index) {
-  Words w = Words(array + uint64_t(index) * 24ul);
+  Words w = Words(array + uint64_t(index) * HW_RESERVOIR_BYTES);
   uint64_t w0 = w.at[0];
   vec2 w1 = word_floats(w.at[1]), w2 = word_floats(w.at[2]);
   Reservoir r;
@@ -48,14 +48,14 @@ Reservoir reservoir_load(uint64_t array, uint index) {
   return r;
 }
 void reservoir_store(uint64_t array, uint index, Reservoir r) {
-  Words w = Words(array + uint64_t(index) * 24ul);
+  Words w = Words(array + uint64_t(index) * HW_RESERVOIR_BYTES);
   w.at[0] = word_of(r.light, floatBitsToUint(r.u));
   w.at[1] = word_of(r.v, r.weight);
   w.at[2] = word_of(r.confidence, r.target);
 }
 
 ReuseSurface reuse_surface_load(uint64_t array, uint index) {
-  Words w = Words(array + uint64_t(index) * 32ul);
+  Words w = Words(array + uint64_t(index) * HW_REUSE_SURFACE_BYTES);
   uint64_t w1 = w.at[1], w2 = w.at[2], w3 = w.at[3];
   ReuseSurface s;
   s.position = vec3(word_floats(w.at[0]), word_low_float(w1));
@@ -67,7 +67,7 @@ ReuseSurface reuse_surface_load(uint64_t array, uint index) {
   return s;
 }
 void reuse_surface_store(uint64_t array, uint index, ReuseSurface s) {
-  Words w = Words(array + uint64_t(index) * 32ul);
+  Words w = Words(array + uint64_t(index) * HW_REUSE_SURFACE_BYTES);
   w.at[0] = word_of(s.position.x, s.position.y);
   w.at[1] = word_of(floatBitsToUint(s.position.z), s.key);
   w.at[2] = word_of(s.normal, s.wo);

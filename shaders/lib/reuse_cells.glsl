@@ -12,7 +12,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) buffer CellArray { 
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer KeyArray { uint64_t at[]; };
 
 // What a cell holds: from the third word of ReuseCell.
-Reservoir cell_held(uint cell) { return reservoir_load(HW_REUSE.cells + uint64_t(cell) * 72ul + 16ul, 0u); }
+Reservoir cell_held(uint cell) {
+  return reservoir_load(HW_REUSE.cells + uint64_t(cell) * HW_REUSE_CELL_BYTES + HW_REUSE_CELL_HELD, 0u);
+}
 
 // The reservoir of P's own cell; HW_NONE: P lies outside of all cells.
 uint cell_of(vec3 P) {

@@ -25,7 +25,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec
 
 // A light, by words (lib/words.glsl): the order is LightRecord's.
 LightRecord light_load(uint index) {
-  Words w = Words(HW_ROOT.lights + uint64_t(index) * 104ul);
+  Words w = Words(HW_ROOT.lights + uint64_t(index) * HW_LIGHT_BYTES);
   uint64_t w0 = w.at[0], w8 = w.at[8], w9 = w.at[9], w10 = w.at[10], w11 = w.at[11], w12 = w.at[12];
   LightRecord r;
   r.type = word_low(w0);

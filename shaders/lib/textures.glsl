@@ -125,7 +125,7 @@ vec3 image_box_weights(vec3 n, float blend) {
 // HW_OP_IMAGE: linear RGB and alpha of image `image` (index into Root::images) at `co`. `normal`: object-space shading
 // normal, read by the box projection only. A missing image is magenta.
 vec4 image_texture(uint image, uint sub, vec3 co, vec3 normal) {
-  Words record = Words(HW_ROOT.images + uint64_t(image) * 24ul);
+  Words record = Words(HW_ROOT.images + uint64_t(image) * HW_IMAGE_BYTES);
   uint64_t texels = record.at[0], size = record.at[1], kind = record.at[2];
   uint width = word_low(size);
   uint height = word_high(size);

@@ -26,7 +26,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer QueueRef { Q
 // The records that every hit reads and writes, by words (lib/words.glsl). The structs' sizes are asserted where they are
 // declared; the order of their members is what these functions follow.
 PathState path_load(uint path) {
-  Words w = Words(HW_FRAME.paths + uint64_t(path) * 56ul);
+  Words w = Words(HW_FRAME.paths + uint64_t(path) * HW_PATH_BYTES);
   uint64_t w2 = w.at[2], w4 = w.at[4], w5 = w.at[5], w6 = w.at[6];
   PathState s;
   vec2 w1 = word_floats(w.at[1]);
@@ -44,7 +44,7 @@ PathState path_load(uint path) {
   return s;
 }
 void path_store(uint path, PathState s) {
-  Words w = Words(HW_FRAME.paths + uint64_t(path) * 56ul);
+  Words w = Words(HW_FRAME.paths + uint64_t(path) * HW_PATH_BYTES);
   w.at[0] = word_of(s.throughput.x, s.throughput.y);
   w.at[1] = word_of(s.throughput.z, s.mis_pdf);
   w.at[2] = word_of(s.mis_origin.x, s.mis_origin.y);
@@ -55,7 +55,7 @@ void path_store(uint path, PathState s) {
 }
 // What the surface stage changes.
 void path_store_progress(uint path, PathState s) {
-  Words w = Words(HW_FRAME.paths + uint64_t(path) * 56ul);
+  Words w = Words(HW_FRAME.paths + uint64_t(path) * HW_PATH_BYTES);
   w.at[0] = word_of(s.throughput.x, s.throughput.y);
   w.at[1] = word_of(s.throughput.z, s.mis_pdf);
   w.at[5] = word_of(s.flags, s.bounces);
@@ -80,12 +80,12 @@ void ray_to_words(Words w, Ray r) {
   w.at[3] = word_of(r.direction.z, r.tmax);
   w.at[4] = word_of(r.mask, r.flags);
 }
-Ray ray_load(uint path) { return ray_of_words(Words(HW_FRAME.rays + uint64_t(path) * 40ul)); }
-void ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.rays + uint64_t(path) * 40ul), r); }
-void shadow_ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.shadow_rays + uint64_t(path) * 40ul), r); }
+Ray ray_load(uint path) { return ray_of_words(Words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES)); }
+void ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES), r); }
+void shadow_ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.shadow_rays + uint64_t(path) * HW_RAY_BYTES), r); }
 
 Hit hit_load(uint path) {
-  Words w = Words(HW_FRAME.hits + uint64_t(path) * 24ul);
+  Words w = Words(HW_FRAME.hits + uint64_t(path) * HW_HIT_BYTES);
   uint64_t w0 = w.at[0], w1 = w.at[1];
   Hit h;
   h.t = word_low_float(w0);
@@ -99,7 +99,7 @@ Hit hit_load(uint path) {
 
 // Nothing of a flat scene's shading normals is kept.
 SurfacePoint surface_load(uint path) {
-  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * 64ul);
+  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * HW_SURFACE_POINT_BYTES);
   SurfacePoint p;
   uint64_t w7 = w.at[7];
   words_to_vectors(w.at[0], w.at[1], w.at[2], p.position, p.normal);
@@ -116,7 +116,7 @@ SurfacePoint surface_load(uint path) {
   return p;
 }
 void surface_store(uint path, SurfacePoint p) {
-  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * 64ul);
+  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * HW_SURFACE_POINT_BYTES);
   w.at[0] = word_of(p.position.x, p.position.y);
   w.at[1] = word_of(p.position.z, p.normal.x);
   w.at[2] = word_of(p.normal.y, p.normal.z);
@@ -130,7 +130,7 @@ void surface_store(uint path, SurfacePoint p) {
 }
 
 void shadow_store(uint path, ShadowState s) {
-  Words w = Words(HW_FRAME.shadows + uint64_t(path) * 56ul);
+  Words w = Words(HW_FRAME.shadows + uint64_t(path) * HW_SHADOW_BYTES);
   w.at[0] = word_of(s.radiance.x, s.radiance.y);
   w.at[1] = word_of(floatBitsToUint(s.radiance.z), s.bounce);
   if (HW_LIGHT_PASSES) w.at[2] = word_of(s.diffuse.x, s.diffuse.y);

@@ -48,7 +48,8 @@ struct Closure {
   uint color1_gb;
   uint tangent;  // octahedral, 2 x 16 bit
 };
-HW_CHECK_SIZE(Closure, 64)
+HW_CONST uint HW_CLOSURE_BYTES = 64u;
+HW_CHECK_SIZE(Closure, HW_CLOSURE_BYTES)
 
 // What a sampled direction is. REFLECT or TRANSMIT, and one of DIFFUSE, GLOSSY, SINGULAR; straight through: TRANSMIT |
 // TRANSPARENT.

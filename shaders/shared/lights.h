@@ -44,7 +44,8 @@ struct LightRecord {
   float area;            // triangle: world-space area
   uint group;            // light group index, HW_NONE if none
 };
-HW_CHECK_SIZE(LightRecord, 104)
+HW_CONST uint HW_LIGHT_BYTES = 104u;
+HW_CHECK_SIZE(LightRecord, HW_LIGHT_BYTES)
 
 // What a Tracer needs to intersect a lamp (point/spot spheres with radius > 0, area lamps). Suns are at infinity:
 // they are tested analytically on a miss. Rectangle and ellipse are hit from the side of -cross(axis_x, axis_y) only.

@@ -61,7 +61,8 @@ struct PathState {
   uint transparent;  // transparent bounces
   uint seed;         // per-pixel hash for the sampler
 };
-HW_CHECK_SIZE(PathState, 56)
+HW_CONST uint HW_PATH_BYTES = 56u;
+HW_CHECK_SIZE(PathState, HW_PATH_BYTES)
 
 // Where a path stands, written by the surface stage; its closures lie at closures[path * HW_MAX_CLOSURES].
 struct SurfacePoint {
@@ -74,7 +75,8 @@ struct SurfacePoint {
   uint closure_count;
   uint flags;  // HW_SURFACE_* and HW_SHADE_*
 };
-HW_CHECK_SIZE(SurfacePoint, 64)
+HW_CONST uint HW_SURFACE_POINT_BYTES = 64u;
+HW_CHECK_SIZE(SurfacePoint, HW_SURFACE_POINT_BYTES)
 HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
 HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could be evaluated for
 
@@ -88,7 +90,8 @@ struct ShadowState {
   uint transparent;  // transparent surfaces crossed so far
   vec2 uv;           // where on a triangle light, barycentrics as in Hit
 };
-HW_CHECK_SIZE(ShadowState, 56)
+HW_CONST uint HW_SHADOW_BYTES = 56u;
+HW_CHECK_SIZE(ShadowState, HW_SHADOW_BYTES)
 
 // Share of a path's throughput that left the first surface by the diffuse and glossy lobes; the rest is transmission.
 struct PathSplit {

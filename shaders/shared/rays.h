@@ -14,7 +14,8 @@ struct Ray {
   uint mask;
   uint flags;  // HW_RAY_*
 };
-HW_CHECK_SIZE(Ray, 40)
+HW_CONST uint HW_RAY_BYTES = 40u;
+HW_CHECK_SIZE(Ray, HW_RAY_BYTES)
 
 // What a Tracer may make use of, or not. The ray ends its path at whatever surface it meets: where that is, and which,
 // does not matter, and HW_BLOCKED_INSTANCE may be answered. It only looks for lamps, and with HW_RAY_MISS_DARK nothing
@@ -41,7 +42,8 @@ struct Hit {
   uint primitive;  // triangle index within the mesh
   uint pad;        // records are whole 64-bit words: lib/words.glsl
 };
-HW_CHECK_SIZE(Hit, 24)
+HW_CONST uint HW_HIT_BYTES = 24u;
+HW_CHECK_SIZE(Hit, HW_HIT_BYTES)
 
 HW_CONST uint HW_LAMP_INSTANCE = 0xFFFFFFFEu;
 HW_CONST uint HW_BLOCKED_INSTANCE = 0xFFFFFFFDu;  // see HW_RAY_SURFACES_DARK
@@ -64,7 +66,8 @@ struct QueueHeader {
   uint groups_z;
   uint count;
 };
-HW_CHECK_SIZE(QueueHeader, 16)
+HW_CONST uint HW_QUEUE_HEADER_BYTES = 16u;
+HW_CHECK_SIZE(QueueHeader, HW_QUEUE_HEADER_BYTES)
 HW_CONST uint HW_GROUP_SIZE = 64u;
 
 HW_NAMESPACE_END

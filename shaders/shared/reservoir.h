@@ -14,7 +14,8 @@ struct Reservoir {
   float confidence;  // c (the paper's M): samples this one stands for; an empty reservoir has one too
   float target;      // p_hat at the surface that made it
 };
-HW_CHECK_SIZE(Reservoir, 24)
+HW_CONST uint HW_RESERVOIR_BYTES = 24u;
+HW_CHECK_SIZE(Reservoir, HW_RESERVOIR_BYTES)
 
 HW_NAMESPACE_END
 #endif

@@ -18,7 +18,8 @@ struct ReuseSurface {
   uint reflectance;     // two half floats: luminance of the diffuse and of the glossy albedo
   uint alpha_transmit;  // two half floats: roughness alpha of the glossy lobe; share let through to the other side
 };
-HW_CHECK_SIZE(ReuseSurface, 32)
+HW_CONST uint HW_REUSE_SURFACE_BYTES = 32u;
+HW_CHECK_SIZE(ReuseSurface, HW_REUSE_SURFACE_BYTES)
 
 // A light reduced to what its target function needs: its middle, and how much it sends out in which directions. Made
 // from the light table once a frame (stages/light_proxies.comp).
@@ -34,7 +35,8 @@ struct LightProxy {
   float threshold;       // the alias table's entry of the same index, to draw from it in one load
   uint alias;
 };
-HW_CHECK_SIZE(LightProxy, 48)
+HW_CONST uint HW_LIGHT_PROXY_BYTES = 48u;
+HW_CHECK_SIZE(LightProxy, HW_LIGHT_PROXY_BYTES)
 HW_CONST uint HW_PROXY_SUN = 1u;
 HW_CONST uint HW_PROXY_WORLD = 2u;
 HW_CONST uint HW_PROXY_TWO_SIDED = 4u;
@@ -53,7 +55,10 @@ struct ReuseCell {
   uint light;          // the winner
   float u, v, target;  // of the winner: where on the light, p_hat at its surface
 };
-HW_CHECK_SIZE(ReuseCell, 72)
+HW_CONST uint HW_REUSE_CELL_BYTES = 72u;
+HW_CHECK_SIZE(ReuseCell, HW_REUSE_CELL_BYTES)
+HW_CONST uint HW_REUSE_CELL_HELD = 16u;
+HW_CHECK_OFFSET(ReuseCell, held, HW_REUSE_CELL_HELD)
 
 // What the stages of reuse read besides the frame's parameters (FrameParams::reuse). A pass is one sample of every
 // pixel of the picture: what it reads was left by the pass before, in this frame or the last.

@@ -55,7 +55,8 @@ struct InstanceRecord {
   uint key;  // which object this is (hw::object_key): the same wherever its record lies in the table, never HW_NONE
   uint pad;
 };
-HW_CHECK_SIZE(InstanceRecord, 224)
+HW_CONST uint HW_INSTANCE_BYTES = 224u;
+HW_CHECK_SIZE(InstanceRecord, HW_INSTANCE_BYTES)
 // Where instance_load (lib/geometry.glsl) finds members: index of the 64-bit word. The matrix is the first six.
 HW_CONST uint HW_INSTANCE_WORD_MESH = 18u;        // mesh, slot_offset; then slot_count, mask
 HW_CONST uint HW_INSTANCE_WORD_LIGHT = 20u;       // light_offset, object_index
@@ -80,7 +81,8 @@ struct MaterialRecord {
   vec3 emission;   // constant emission (radiance), when not HW_MATERIAL_EMISSION_SHADER
   uint pass_index;
 };
-HW_CHECK_SIZE(MaterialRecord, 32)
+HW_CONST uint HW_MATERIAL_BYTES = 32u;
+HW_CHECK_SIZE(MaterialRecord, HW_MATERIAL_BYTES)
 HW_CONST uint HW_MATERIAL_EMISSIVE = 1u;         // may emit: its triangles are lights
 HW_CONST uint HW_MATERIAL_EMISSION_SHADER = 2u;  // emission varies: evaluate the program at the light point
 HW_CONST uint HW_MATERIAL_TRANSPARENT = 4u;      // may let light straight through: shadow rays must ask the program
@@ -100,7 +102,8 @@ struct ImageRecord {
   uint format;  // HW_TEXEL_*
   uint flags;   // HW_IMAGE_*
 };
-HW_CHECK_SIZE(ImageRecord, 24)
+HW_CONST uint HW_IMAGE_BYTES = 24u;
+HW_CHECK_SIZE(ImageRecord, HW_IMAGE_BYTES)
 HW_CONST uint HW_IMAGE_SRGB = 1u;           // decode sRGB to linear after fetch of each texel
 HW_CONST uint HW_IMAGE_PREMULTIPLIED = 2u;  // RGB already multiplied by alpha
 

@@ -52,7 +52,7 @@ void main() {
   state.transparent = 0u;
   state.seed = hash;
   path_store(path, state);
-  UintBuffer q = UintBuffer(push.out_queue + 16ul);
+  UintBuffer q = UintBuffer(push.out_queue + HW_QUEUE_HEADER_BYTES);
   q.at[path] = path;
 
   uint stride = HW_FRAME.film_stride;

@@ -41,7 +41,7 @@ void main() {
     reuse_surface_store(HW_REUSE.targets, path, reuse_surface_none());
     return;
   }
-  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), point.closure_count);
+  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * HW_CLOSURE_BYTES), point.closure_count);
   uint key = InstanceTable(HW_ROOT.instances).at[HitArray(HW_FRAME.hits).at[path].instance].key;
   vec3 wo = -ray_load(path).direction;
   ReuseSurface surface = reuse_surface(list, point.position, wo, point.shading_normal, key);

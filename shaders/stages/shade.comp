@@ -80,7 +80,7 @@ void main() {
   sg.Ng = point.normal;
   sg.Ns = point.shading_normal;
   sg.flags = point.flags & HW_SURFACE_SHADE_FLAGS;
-  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), point.closure_count);
+  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * HW_CLOSURE_BYTES), point.closure_count);
   uint bounce = path_bounce(state.bounces);
   uint dimension_bounce = bounce + state.transparent;
 

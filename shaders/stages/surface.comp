@@ -51,7 +51,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   sg.flags = inputs.shade_flags;
 
   ShaderOutput surface;
-  surface.closures = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * 64u), 0u);
+  surface.closures = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * HW_CLOSURE_BYTES), 0u);
   material_eval(inputs, surface);
 
   // A holdout cuts its opaque share out of the film; an object that is one shows nothing but what is behind it.
