@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Records' sizes in GLSL: never written out, since C++ alone checks them (a stride of 216 for 224 bent all normal maps)."""
+"""Sizes of records in GLSL are never written out, since C++ alone checks them: a stale one bent all normal maps."""
 
 import re
 from pathlib import Path
