@@ -35,6 +35,9 @@ Tables::Tables(Device& device, Scene& scene, Tracer& tracer)
       image_table_(device, "images"),
       light_table_(device, "lights"),
       alias_table_(device, "light alias table"),
+      light_tree_table_(device, "light tree"),
+      light_order_table_(device, "light tree order"),
+      light_position_table_(device, "light tree positions"),
       world_table_(device, "world distribution"),
       root_buffer_(std::make_unique<Buffer>(device, sizeof(Root), BufferUse::device, "root")) {
   root_.world_light = root_.world_material = HW_NONE;
@@ -108,6 +111,10 @@ void Tables::update_root() {
   next.images = image_table_.address();
   next.lights = light_table_.address();
   next.light_alias = alias_table_.address();
+  next.light_tree = light_tree_table_.address();
+  next.light_order = light_order_table_.address();
+  next.light_position = light_position_table_.address();
+  next.light_tree_nodes = state.tree_current ? static_cast<uint>(state.tree.nodes.size()) : 0u;
   next.world = state.distribution.record;
   next.world.marginal = world_table_.address();
   next.world.conditional = world_table_.address() + state.distribution.marginal.size() * sizeof(float);

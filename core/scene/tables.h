@@ -17,6 +17,7 @@
 
 #include "gpu/device.h"
 #include "lights/light_table.h"
+#include "lights/light_tree.h"
 #include "lights/world_distribution.h"
 #include "scene/light_identity.h"
 #include "scene/scene.h"
@@ -60,7 +61,8 @@ class Tables {
   // several updates: pages given back between them are only faulted in again (measured: a third of the CPU time).
   void trim_heap();
 
-  // Which table lights are chosen by: "uniform" or "power". Throws std::invalid_argument for another name.
+  // How lights are chosen: "uniform" or "power" (odds of the alias table), or "tree", which builds the light tree beside
+  // the table by power. Throws std::invalid_argument for another name.
   void choose_lights(const std::string& name);
 
   // The world's importance map is evaluated by a stage, since its background is a program. When this gives a size after
@@ -116,6 +118,9 @@ class Tables {
     float input_radius = 0;
     LightSelection selection = LightSelection::kPower;
     LightTable table;
+    bool wants_tree = false;
+    bool tree_current = false;  // `tree` is of `table`
+    LightTree tree;
     LightSnapshot now, taken;  // of `table`, and as it was when changes were last taken
     bool noted = false;        // `now` is newer than `taken`
     std::uint64_t noted_images = 0;
@@ -136,6 +141,7 @@ class Tables {
   void set_no_mesh();
   void feed_tracer_instances();
   void update_lights(Uploader& uploader, TableCounts& counts);
+  void update_light_tree(bool rebuilt);
   void gather_lamps();
   void gather_world();
   void gather_instances(std::vector<EmissiveInstance>& instances, std::vector<std::uint32_t>& moved) const;
@@ -170,6 +176,8 @@ class Tables {
   Table<ImageRecord> image_table_;
   Table<LightRecord> light_table_;
   Table<AliasEntry> alias_table_;
+  Table<LightTreeNode> light_tree_table_;
+  Table<std::uint32_t> light_order_table_, light_position_table_;
   Table<float> world_table_;
   std::unique_ptr<Buffer> root_buffer_;
   Root root_{};

@@ -170,6 +170,7 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
         instance_table_.edit(at, 1)->light_offset = state.table.instance_offset[i];
     }
     tracer_.set_lamps(state.table.shapes);
+    update_light_tree(lights_layout_dirty_);
   }
   // Images change what programs emit, and nothing in the table.
   if (dirty || state.noted_images != scene.images_revision) note_lights(instances, lights_layout_dirty_);
@@ -188,8 +189,29 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     state.world_changed = false;
   }
   counts.bytes_uploaded += light_table_.flush(uploader) + alias_table_.flush(uploader) + world_table_.flush(uploader) +
-                           instance_table_.flush(uploader);
+                           instance_table_.flush(uploader) + light_tree_table_.flush(uploader) +
+                           light_order_table_.flush(uploader) + light_position_table_.flush(uploader);
   counts.lights_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// `rebuilt`: the light table was built anew.
+void Tables::update_light_tree(bool rebuilt) {
+  LightState& state = *lights_;
+  if (!state.wants_tree) {
+    state.tree_current = false;
+    return;
+  }
+  LightTreeInput input;
+  input.lights = state.table.lights;
+  input.weights = state.table.weights;
+  input.scene_radius = state.input_radius;
+  if (rebuilt || !state.tree_current || !refit_light_tree(state.tree, input)) {
+    state.tree = build_light_tree(input);
+    light_order_table_.assign(state.tree.order);
+    light_position_table_.assign(state.tree.position);
+  }
+  light_tree_table_.assign(state.tree.nodes);
+  state.tree_current = true;
 }
 
 // `rebuilt`: the light table was built anew, else only the triangles of groups that were written are.
@@ -288,12 +310,16 @@ void Tables::set_world_luminance(std::span<const float> values, std::uint32_t wi
 }
 
 void Tables::choose_lights(const std::string& name) {
-  if (name != "uniform" && name != "power")
-    throw std::invalid_argument("unknown way to choose lights: \"" + name + "\" (known: uniform, power)");
+  if (name != "uniform" && name != "power" && name != "tree")
+    throw std::invalid_argument("unknown way to choose lights: \"" + name + "\" (known: uniform, power, tree)");
   const LightSelection selection = name == "uniform" ? LightSelection::kUniform : LightSelection::kPower;
-  if (selection == lights_->selection) return;
-  lights_->selection = selection;
-  lights_layout_dirty_ = true;
+  LightState& state = *lights_;
+  state.wants_tree = name == "tree";
+  const bool wants_tree_now = state.wants_tree && !state.tree_current;
+  if (selection == state.selection && !wants_tree_now) return;
+  lights_layout_dirty_ |= selection != state.selection;
+  lights_dirty_ = true;
+  state.selection = selection;
   relight();
 }
 

@@ -94,15 +94,17 @@ void RenderLoop::render() {
   Wave& wave = *wave_;
   Commands commands(device);
 
+  tables_.choose_lights(settings_.lights);
   const ShadingClasses& classes = tables_.totals().classes;
+  const bool tree = settings_.lights == "tree" && tables_.root().light_tree_nodes > 0;
+  const std::uint32_t light_choice = tree ? HW_FEATURE_LIGHT_TREE : 0u;
   auto constants_for = [&](std::uint32_t features) {
     return SpecConstants{
-        {0, features | scene_features(tables_)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+        {0, features | scene_features(tables_) | light_choice}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
   };
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
   std::vector<SpecConstants> class_constants;
   for (std::uint32_t features : classes.features) class_constants.push_back(constants_for(features));
-  tables_.choose_lights(settings_.lights);
   tables_.set_luts(context_.luts->address());
   if (const auto grid = tables_.world_luminance_wanted()) {
     on_stage("preparing the world");

@@ -22,12 +22,6 @@ vec3 background_radiance(vec3 direction, uint ray_flags, uint bounces, uint tran
   return radiance;
 }
 
-// Chance that next-event estimation picks the world.
-float world_choice_pdf() {
-  uint light = HW_ROOT.world_light;
-  return light == HW_NONE ? 0.0 : AliasTable(HW_ROOT.light_alias).at[light].pdf;
-}
-
 // Which visibility bit of a light (HW_LIGHT_*) a ray of this type asks for.
 uint light_visibility_bit(uint ray_flags) {
   return (ray_flags & HW_PATH_CAMERA) != 0u         ? HW_LIGHT_CAMERA

@@ -32,6 +32,12 @@ HW_FN bool closure_is_microfacet(HW_IN(Closure) c) {
   return t == HW_CLOSURE_GLOSSY || t == HW_CLOSURE_REFRACTION || t == HW_CLOSURE_GLASS;
 }
 
+// Whether light may pass through to the viewer's side, perfectly or not.
+HW_FN bool closure_lets_through(HW_IN(Closure) c) {
+  uint t = closure_type(c);
+  return t == HW_CLOSURE_TRANSLUCENT || t == HW_CLOSURE_REFRACTION || t == HW_CLOSURE_GLASS;
+}
+
 // Nothing to evaluate for a light sample: mirrors, perfect glass, transparency.
 HW_FN bool closure_is_singular(HW_IN(Closure) c) {
   uint t = closure_type(c);

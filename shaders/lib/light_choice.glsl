@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a light by the alias table, then a point on it (Vose 1991 for the table). The pdf counts both choices.
+// Draws a light by the alias table (Vose 1991) or the light tree (lib/light_tree.h), then a point on it. The pdf counts
+// both choices.
 #ifndef HW_LIGHT_CHOICE_GLSL
 #define HW_LIGHT_CHOICE_GLSL
 #include "tables.glsl"
+#include "features.glsl"
 #include "light_sampling.h"
+#include "light_tree.glsl"
 #include "world_sampling.h"
 #ifdef HW_RESERVOIR
 #include "light_point.h"
@@ -32,11 +35,33 @@ uint alias_pick(uint64_t table, uint n, float u) {
   return scaled - float(i) < e.threshold ? i : e.alias;
 }
 
-LightDraw draw_light(vec3 P, float u, vec2 u2) {
+// Chooses a light for a surface at P with the unit normal N, which does not matter where it `transmits`. HW_NONE with
+// choice 0: none can contribute.
+uint light_choice(vec3 P, vec3 N, bool transmits, float u, out float choice) {
+  if (HW_HAS(HW_FEATURE_LIGHT_TREE)) return light_tree_sample(0u, P, N, transmits, u, choice);
+  uint index = alias_pick(HW_ROOT.light_alias, HW_ROOT.light_count, u);
+  choice = AliasTable(HW_ROOT.light_alias).at[index].pdf;
+  return index;
+}
+
+// The chance with which light_choice gives `light`, which MIS weighs BSDF rays from `origin` with.
+float light_choice_pdf(uint light, vec3 origin, vec3 normal, bool transmits) {
+  if (HW_HAS(HW_FEATURE_LIGHT_TREE)) return light_tree_pdf(0u, light, origin, normal, transmits);
+  return AliasTable(HW_ROOT.light_alias).at[light].pdf;
+}
+// The same from a path's last vertex, for a light that its ray has found.
+float light_choice_pdf(uint light, PathState state) {
+  return light_choice_pdf(light, state.mis_origin, octahedral_unpack(state.mis_normal),
+                          (state.mis_normal & HW_RECEIVER_TRANSMITS) != 0u);
+}
+
+// A light and a point on it, for a surface at P (see light_choice).
+LightDraw draw_light(vec3 P, vec3 N, bool transmits, float u, vec2 u2) {
   LightDraw d;
   d.valid = false;
-  uint index = alias_pick(HW_ROOT.light_alias, HW_ROOT.light_count, u);
-  float choice = AliasTable(HW_ROOT.light_alias).at[index].pdf;
+  float choice;
+  uint index = light_choice(P, N, transmits, u, choice);
+  if (index == HW_NONE) return d;
   LightRecord light = light_load(index);
   d.light = index;
   d.flags = light.flags;

@@ -41,6 +41,13 @@ PathState path_load(uint path) {
   s.bounces = word_high(w5);
   s.transparent = word_low(w6);
   s.seed = word_high(w6);
+  s.mis_normal = 0u;
+  s.mis_cell = HW_NONE;
+  if (HW_HAS(HW_FEATURE_LIGHT_TREE)) {
+    uint64_t w7 = w.at[7];
+    s.mis_normal = word_low(w7);
+    s.mis_cell = word_high(w7);
+  }
   return s;
 }
 void path_store(uint path, PathState s) {
@@ -52,6 +59,7 @@ void path_store(uint path, PathState s) {
   w.at[4] = word_of(s.pixel, s.sample_index);
   w.at[5] = word_of(s.flags, s.bounces);
   w.at[6] = word_of(s.transparent, s.seed);
+  if (HW_HAS(HW_FEATURE_LIGHT_TREE)) w.at[7] = word_of(s.mis_normal, s.mis_cell);
 }
 // What the surface stage changes.
 void path_store_progress(uint path, PathState s) {
@@ -108,11 +116,15 @@ SurfacePoint surface_load(uint path) {
   p.terminator_cutoff = 0.0;
   if (HW_HAS(HW_FEATURE_BUMP)) {
     words_to_vectors(w.at[3], w.at[4], w.at[5], p.shading_normal, p.terminator_offset);
-    p.terminator_cutoff = word_low_float(w.at[6]);
+  }
+  p.receiver = 0u;
+  if (HW_HAS(HW_FEATURE_BUMP | HW_FEATURE_LIGHT_TREE)) {
+    uint64_t w6 = w.at[6];
+    if (HW_HAS(HW_FEATURE_BUMP)) p.terminator_cutoff = word_low_float(w6);
+    p.receiver = word_high(w6);
   }
   p.closure_count = word_low(w7);
   p.flags = word_high(w7);
-  p.pad = 0u;
   return p;
 }
 void surface_store(uint path, SurfacePoint p) {
@@ -124,8 +136,9 @@ void surface_store(uint path, SurfacePoint p) {
     w.at[3] = word_of(p.shading_normal.x, p.shading_normal.y);
     w.at[4] = word_of(p.shading_normal.z, p.terminator_offset.x);
     w.at[5] = word_of(p.terminator_offset.y, p.terminator_offset.z);
-    w.at[6] = word_of(floatBitsToUint(p.terminator_cutoff), 0u);
   }
+  if (HW_HAS(HW_FEATURE_BUMP | HW_FEATURE_LIGHT_TREE))
+    w.at[6] = word_of(floatBitsToUint(p.terminator_cutoff), p.receiver);
   w.at[7] = word_of(p.closure_count, p.flags);
 }
 

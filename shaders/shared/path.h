@@ -60,9 +60,15 @@ struct PathState {
   uint bounces;      // total | diffuse << 8 | glossy << 16 | transmission << 24
   uint transparent;  // transparent bounces
   uint seed;         // per-pixel hash for the sampler
+  uint mis_normal;   // HW_RECEIVER_*: what a light would have been chosen for at mis_origin
+  uint mis_cell;     // of light reuse at mis_origin; HW_NONE: none
 };
-HW_CONST uint HW_PATH_BYTES = 56u;
+HW_CONST uint HW_PATH_BYTES = 64u;
 HW_CHECK_SIZE(PathState, HW_PATH_BYTES)
+
+// A receiver of light as the choice of lights sees it: a normal, octahedral, whose lowest bit says that light may come
+// from anywhere (HW_RECEIVER_TRANSMITS): something lets light through, or normals differ from closure to closure.
+HW_CONST uint HW_RECEIVER_TRANSMITS = 1u;
 
 // Where a path stands, written by the surface stage; its closures lie at closures[path * HW_MAX_CLOSURES].
 struct SurfacePoint {
@@ -71,7 +77,7 @@ struct SurfacePoint {
   vec3 shading_normal;      // interpolated, on the side of the viewer, before bump and normal maps
   vec3 terminator_offset;   // moves shadow rays off the facets of a smooth mesh (Cycles' geometry offset)
   float terminator_cutoff;  // cosine at the geometric normal below which it applies
-  uint pad;
+  uint receiver;            // HW_RECEIVER_*: what lights are chosen for
   uint closure_count;
   uint flags;  // HW_SURFACE_* and HW_SHADE_*
 };

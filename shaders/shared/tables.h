@@ -137,6 +137,9 @@ struct Root {
   uint64_t images;          // ImageRecord[]
   uint64_t lights;          // LightRecord[]
   uint64_t light_alias;     // AliasEntry[light_count]
+  uint64_t light_tree;      // LightTreeNode[light_tree_nodes], shared/light_tree.h
+  uint64_t light_order;     // uint[]: the light at each position in the tree's leaf order
+  uint64_t light_position;  // uint[lights]: the position of each light, HW_NONE: never chosen
   uint64_t luts;            // float[]: albedo tables, see lib/luts.h
   WorldDistribution world;
   CameraRecord camera;
@@ -148,6 +151,8 @@ struct Root {
   uint sun_offset;      // suns are lamps [sun_offset, sun_offset + sun_count): tested on a miss
   uint sun_count;
   uint world_flags;  // HW_LIGHT_CAMERA etc.: which rays see the world
+  uint light_tree_nodes;  // 0: there is no tree
+  uint pad;
 };
 
 HW_NAMESPACE_END

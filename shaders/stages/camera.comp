@@ -51,6 +51,8 @@ void main() {
   state.bounces = 0u;
   state.transparent = 0u;
   state.seed = hash;
+  state.mis_normal = 0u;
+  state.mis_cell = HW_NONE;
   path_store(path, state);
   UintBuffer q = UintBuffer(push.out_queue + HW_QUEUE_HEADER_BYTES);
   q.at[path] = path;

@@ -7,6 +7,7 @@
 #include "lib/background.glsl"
 #include "lib/camera.h"
 #include "lib/found_light.glsl"
+#include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
 #include "lib/wave.glsl"
 #include "lib/world_sampling.h"
@@ -24,8 +25,8 @@ void missed(uint path, PathState state, vec3 direction) {
   if ((HW_ROOT.world_flags & bit) != 0u) {
     world = background_radiance(direction, state.flags, state.bounces, state.transparent);
     bool mis = state.mis_pdf > 0.0 && (HW_ROOT.world_flags & HW_LIGHT_USE_MIS) != 0u;
-    float choice = world_choice_pdf();
-    if (mis && choice > 0.0) weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * choice * world_pdf(HW_ROOT.world, direction));
+    float choice = mis && HW_ROOT.world_light != HW_NONE ? light_choice_pdf(HW_ROOT.world_light, state) : 0.0;
+    if (choice > 0.0) weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * choice * world_pdf(HW_ROOT.world, direction));
   }
   if (pass_on(HW_PASS_ENVIRONMENT) && path_bounce(state.bounces) == 0u)
     result_add3(path, HW_PASS_ENVIRONMENT, state.throughput * world);
@@ -43,7 +44,8 @@ void missed(uint path, PathState state, vec3 direction) {
     float pdf;
     vec3 radiance = sun_emission(sun, direction, pdf);
     bool mis = state.mis_pdf > 0.0 && (sun.flags & HW_LIGHT_USE_MIS) != 0u;
-    float w = mis ? mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf * AliasTable(HW_ROOT.light_alias).at[index].pdf) : 1.0;
+    float w = 1.0;
+    if (mis && pdf > 0.0) w = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf * light_choice_pdf(index, state));
     // Without MIS a sun is next-event estimation's alone, but for paths that could not sample it.
     bool counts = (sun.flags & bit) != 0u && ((sun.flags & HW_LIGHT_USE_MIS) != 0u || state.mis_pdf <= 0.0);
     if (pdf > 0.0 && counts && !cut_out) found_light(path, state, radiance, w);
@@ -66,7 +68,8 @@ void met_lamp(uint path, PathState state, Ray ray, Hit hit) {
   if (sphere && !from_inside && dot(out_of_center, ray.direction) > 0.0) visible = false;
   bool counts = visible && (lamp.flags & light_visibility_bit(state.flags)) != 0u &&
                 ((lamp.flags & HW_LIGHT_USE_MIS) != 0u || !mis);
-  float w = mis ? mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf * AliasTable(HW_ROOT.light_alias).at[index].pdf) : 1.0;
+  float w = 1.0;
+  if (mis && counts) w = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf * light_choice_pdf(index, state));
   if (counts) found_light(path, state, radiance, w);
   // Lamps hide nothing: the ray goes on just behind the point, one transparent bounce poorer.
   ray.tmin = hit.t * (1.0 + 1e-5) + 1e-6;

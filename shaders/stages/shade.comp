@@ -27,7 +27,8 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
 #else
   float u = sampler_1d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
   vec2 u2 = sampler_2d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
-  LightDraw draw = draw_light(point.position, u, u2);
+  LightDraw draw = draw_light(point.position, octahedral_unpack(point.receiver),
+                              (point.receiver & HW_RECEIVER_TRANSMITS) != 0u, u, u2);
 #endif
   if (!draw.valid) return;
 
@@ -129,6 +130,8 @@ void main() {
                   (last ? HW_PATH_EMISSION_ONLY : 0u) | (keeps_background ? HW_PATH_BACKGROUND_VISIBLE : 0u);
     state.mis_pdf = singular ? 0.0 : s.value.pdf;
     state.mis_origin = point.position;
+    state.mis_normal = point.receiver;
+    state.mis_cell = HW_NONE;
     if (!singular) state.min_pdf = min(state.min_pdf, s.value.pdf);
     ray.direction = s.wi;
     ray.tmax = HW_INFINITY;

@@ -6,6 +6,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "lib/found_light.glsl"
 #include "lib/geometry.glsl"
+#include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
 #include "lib/material_vm.glsl"
 #include "lib/passes.glsl"
@@ -72,7 +73,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
       uint light = g.light_offset + hit.primitive;
       LightRecord record = light_load(light);
       float pdf = light_pdf(record, state.mis_origin, ray.direction, distance(g.P, state.mis_origin)) *
-                  AliasTable(HW_ROOT.light_alias).at[light].pdf;
+                  light_choice_pdf(light, state);
       weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf);
     }
     if (path_bounce(state.bounces) == 0u && pass_on(HW_PASS_EMISSION))
@@ -118,6 +119,8 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
 
   // Filter Glossy: closures seen after a blurry bounce are blurred too.
   bool delta_only = true;
+  vec3 receiver = Ng;
+  bool transmits = false;
   float blur = state.min_pdf * HW_FRAME.filter_glossy;
   bool blurs = blur < 1.0;
   float blur_roughness = sqrt(max(1.0 - blur, 0.0)) * 0.5;
@@ -127,7 +130,14 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
       closure_blur(c, blur_roughness);
       closure_store_roughness(surface.closures, i, c);
     }
-    delta_only = delta_only && closure_is_singular(c);
+    bool singular = closure_is_singular(c);
+    if (HW_HAS(HW_FEATURE_LIGHT_TREE)) {
+      // Light is evaluated about closures' own normals (lib/closures.h).
+      bool other = HW_HAS(HW_FEATURE_BUMP) && !delta_only && dot(c.N, receiver) < 0.99999;
+      transmits = transmits || (!singular && (other || closure_lets_through(c)));
+      if (HW_HAS(HW_FEATURE_BUMP)) receiver = !singular && delta_only ? c.N : receiver;
+    }
+    delta_only = delta_only && singular;
   }
 
   SurfacePoint point;
@@ -136,7 +146,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   point.shading_normal = N;
   point.terminator_offset = backfacing || g.terminator_cutoff <= 0.0 ? vec3(0.0) : g.terminator_offset;
   point.terminator_cutoff = g.terminator_cutoff;
-  point.pad = 0u;
+  point.receiver = (octahedral_pack(receiver) & ~HW_RECEIVER_TRANSMITS) | (transmits ? HW_RECEIVER_TRANSMITS : 0u);
   point.closure_count = count;
   point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u);
   surface_store(path, point);

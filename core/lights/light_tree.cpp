@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two passes, each with subtrees on threads of their own: splits from the root down, bounds from the leaves up. A
+// subtree's place in the array follows from how many lights it has, so that threads need not agree on anything.
+//
+// Departures from Conty Estevez and Kulla 2018: the cone of a bin is estimated by the mean of its axes, which costs a
+// sum instead of a union (nodes have the exact one); boxes without area count by their diagonal.
+#include "lights/light_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+
+#include "lib/frame.h"
+#include "lights/light_bounds.h"
+
+namespace hw {
+namespace {
+
+constexpr std::size_t kLightsPerThread = 1 << 13;  // below this a thread costs more than it saves
+constexpr int kBins = 12;
+constexpr int kDeepest = 48;  // splits in the middle from here on, so that no input makes a chain
+constexpr double kLoosest = 1.5;
+
+struct Item {
+  LightBounds bounds;
+  std::uint32_t light;
+  vec3 middle() const { return (bounds.low + bounds.high) * 0.5f; }
+};
+
+int thread_count(int wanted) {
+  return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+// Runs both, the first on a thread of its own where there are threads for it.
+template <class First, class Second>
+void both(int threads, std::size_t lights, const First& first, const Second& second) {
+  if (threads < 2 || lights < kLightsPerThread) {
+    first(1);
+    second(1);
+    return;
+  }
+  std::thread other;
+  try {
+    other = std::thread(first, threads / 2);
+  } catch (const std::system_error&) {  // no thread to be had
+    first(1);
+  }
+  second(threads - threads / 2);
+  if (other.joinable()) other.join();
+}
+
+// Calls body(begin, end) for parts of [0, count).
+template <class Body>
+void in_parts(int threads, std::size_t begin, std::size_t end, const Body& body) {
+  if (threads < 2 || end - begin < kLightsPerThread) return body(begin, end);
+  const std::size_t middle = begin + (end - begin) / 2;
+  both(
+      threads, end - begin, [&](int n) { in_parts(n, begin, middle, body); },
+      [&](int n) { in_parts(n, middle, end, body); });
+}
+
+// A measure of directions light leaves in: Conty Estevez and Kulla 2018, equation 1.
+float cone_measure(float theta_o, float theta_e) {
+  const float theta_w = std::min(theta_o + theta_e, HW_PI);
+  const float sine = std::sin(theta_o), cosine = std::cos(theta_o);
+  return 2 * HW_PI * (1 - cosine) +
+         0.5f * HW_PI *
+             (2 * theta_w * sine - std::cos(theta_o - 2 * theta_w) - 2 * theta_o * sine + cosine);
+}
+
+float box_measure(vec3 low, vec3 high) {
+  const vec3 e = high - low;
+  return 2 * (e.x * e.y + e.y * e.z + e.z * e.x) + 0.01f * glm::dot(e, e);
+}
+
+// What a bin, or several, holds.
+struct Bin {
+  vec3 low{HW_INFINITY}, high{-HW_INFINITY};
+  vec3 axes{0};  // sum of unit axes
+  float power = 0, theta_o = 0, theta_e = 0;
+  std::uint32_t count = 0;
+
+  void add(const Bin& b) {
+    low = glm::min(low, b.low);
+    high = glm::max(high, b.high);
+    axes += b.axes;
+    power += b.power;
+    theta_o = std::max(theta_o, b.theta_o);
+    theta_e = std::max(theta_e, b.theta_e);
+    count += b.count;
+  }
+  float cost() const {
+    // Axes spread evenly over a cap of half angle a have a mean of length (1 + cos a) / 2.
+    const float mean = glm::length(axes) / static_cast<float>(count);
+    const float spread = theta_o < HW_PI ? std::acos(std::clamp(2 * mean - 1, -1.0f, 1.0f)) : 0.0f;
+    return power * box_measure(low, high) * (0.1f + cone_measure(std::min(theta_o + spread, HW_PI), theta_e));
+  }
+};
+
+class Builder {
+ public:
+  Builder(std::vector<Item>& items, std::vector<LightTreeNode>& nodes) : items_(items), nodes_(nodes) {}
+
+  // Splits items [first, first + count) below `node`; nodes from `free` on are theirs, 2 count - 2 of them.
+  void build(std::uint32_t node, std::size_t first, std::size_t count, std::uint32_t free, int depth, int threads) {
+    LightTreeNode& n = nodes_[node];
+    n.first = static_cast<std::uint32_t>(first);
+    n.count = static_cast<std::uint32_t>(count);
+    n.child = count > 1 ? free : HW_NONE;
+    if (count == 1) return;
+    const std::size_t left = split(first, count, depth);
+    const auto right_free = static_cast<std::uint32_t>(free + 2 * left);
+    both(
+        threads, count, [&, this](int t) { build(free, first, left, free + 2, depth + 1, t); },
+        [&, this](int t) { build(free + 1, first + left, count - left, right_free, depth + 1, t); });
+  }
+
+ private:
+  // Orders the items and returns how many go left: neither none nor all.
+  std::size_t split(std::size_t first, std::size_t count, int depth) {
+    const auto begin = items_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(count);
+    if (depth == 0) {
+      const auto local = std::stable_partition(begin, end, [](const Item& i) { return !i.bounds.distant; });
+      if (local != begin && local != end) return static_cast<std::size_t>(local - begin);
+    }
+    if (count == 2) return 1;
+    vec3 low(HW_INFINITY), high(-HW_INFINITY);
+    for (auto i = begin; i != end; ++i) {
+      low = glm::min(low, i->middle());
+      high = glm::max(high, i->middle());
+    }
+    const vec3 extent = high - low;
+    const float widest = std::max({extent.x, extent.y, extent.z});
+    if (!(widest > 0)) return count / 2;
+    if (depth < kDeepest) {
+      const auto found = best_split(begin, end, low, extent, widest);
+      if (found.axis >= 0) {
+        const auto middle = std::partition(begin, end, [&](const Item& i) {
+          return bin_of(i.middle()[found.axis], low[found.axis], found.scale) <= found.last;
+        });
+        if (middle != begin && middle != end) return static_cast<std::size_t>(middle - begin);
+      }
+    }
+    const int axis = extent.x == widest ? 0 : extent.y == widest ? 1 : 2;
+    const auto half = begin + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(begin, half, end, [axis](const Item& a, const Item& b) {
+      const float x = a.middle()[axis], y = b.middle()[axis];
+      return x < y || (x == y && a.light < b.light);
+    });
+    return count / 2;
+  }
+
+  static int bin_of(float at, float low, float scale) {
+    return std::min(static_cast<int>((at - low) * scale), kBins - 1);
+  }
+
+  struct Split {
+    int axis = -1;  // none: no split is worth anything
+    int last = 0;   // bins 0 .. last go left
+    float scale = 0;
+  };
+
+  template <class Iterator>
+  static Split best_split(Iterator begin, Iterator end, vec3 low, vec3 extent, float widest) {
+    std::array<std::array<Bin, kBins>, 3> bins;
+    vec3 scale(0);
+    for (int axis = 0; axis < 3; ++axis)
+      if (extent[axis] > 1e-6f * widest) scale[axis] = static_cast<float>(kBins) / extent[axis];
+    const vec3 reference = begin->bounds.axis;
+    for (auto i = begin; i != end; ++i) {
+      const LightBounds& b = i->bounds;
+      Bin one{b.low, b.high, b.axis, b.power, b.theta_o, b.theta_e, 1};
+      if (b.two_sided && glm::dot(b.axis, reference) < 0) one.axes = -b.axis;
+      const vec3 middle = i->middle();
+      for (int axis = 0; axis < 3; ++axis)
+        if (scale[axis] > 0) bins[axis][bin_of(middle[axis], low[axis], scale[axis])].add(one);
+    }
+    Split best;
+    float least = HW_INFINITY;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(scale[axis] > 0) || !std::isfinite(scale[axis])) continue;
+      std::array<float, kBins> right{};
+      Bin sum;
+      for (int k = kBins - 1; k > 0; --k) {
+        if (bins[axis][k].count == 0) {
+          right[k] = k + 1 < kBins ? right[k + 1] : 0.0f;
+          continue;
+        }
+        sum.add(bins[axis][k]);
+        right[k] = sum.cost();
+      }
+      const std::uint32_t all = sum.count + bins[axis][0].count;
+      sum = Bin{};
+      const float longer = widest / extent[axis];  // cuts across the long way are favoured
+      for (int k = 0; k + 1 < kBins; ++k) {
+        if (bins[axis][k].count == 0) continue;
+        sum.add(bins[axis][k]);
+        if (sum.count == all) break;
+        const float cost = (sum.cost() + right[k + 1]) * longer;
+        if (cost < least) {
+          least = cost;
+          best = {axis, k, scale[axis]};
+        }
+      }
+    }
+    return best;
+  }
+
+  std::vector<Item>& items_;
+  std::vector<LightTreeNode>& nodes_;
+};
+
+// The least half float that is not below x >= 0.
+std::uint32_t half_above(float x) {
+  std::uint32_t bits = packHalf2x16(vec2(x, 0)) & 0xFFFFu;
+  if (unpackHalf2x16(bits).x < x) ++bits;
+  return bits;
+}
+
+void write(const LightBounds& b, LightTreeNode& n) {
+  n.low = b.distant ? b.axis : b.low;
+  n.high = b.distant ? b.axis : b.high;
+  n.axis = octahedral_pack(b.axis);
+  n.cone = half_above(b.theta_o) | half_above(b.theta_e) << 16u | (b.distant ? HW_LIGHT_TREE_DISTANT : 0u) |
+           (b.two_sided ? HW_LIGHT_TREE_TWO_SIDED : 0u);
+  n.power = b.power;
+}
+
+// Factor that brings powers into range, and the least that a light keeps of it: nothing that emits may become
+// unreachable beside something very strong.
+struct Scale {
+  double factor = 1;
+  float least = 0, least_distant = 0;
+};
+
+LightBounds scaled(LightBounds b, const Scale& scale) {
+  const double least = b.distant ? scale.least_distant : scale.least;
+  b.power = static_cast<float>(std::clamp(b.power * scale.factor, least, 1e20));
+  return b;
+}
+
+Scale find_scale(const LightTreeInput& in) {
+  // Mean intensity; without lights that have a place, mean irradiance over the scene's size.
+  double local = 0, distant = 0;
+  std::size_t locals = 0, distants = 0;
+  for (std::size_t i = 0; i < in.lights.size(); ++i) {
+    if (!(in.weights[i] > 0)) continue;
+    const LightBounds b = light_bounds(in.lights[i], in.weights[i], in.scene_radius);
+    (b.distant ? distant : local) += b.power;
+    ++(b.distant ? distants : locals);
+  }
+  const double r2 = double{in.scene_radius} * in.scene_radius;
+  const double mean = locals > 0 ? local / double(locals) : distants > 0 ? distant / double(distants) * r2 : 1;
+  Scale scale;
+  scale.factor = 1 / std::max(mean, 1e-300);
+  scale.least = 1e-5f;
+  scale.least_distant = static_cast<float>(std::clamp(1e-5 / std::max(r2, 1e-30), 1e-20, 1e20));
+  return scale;
+}
+
+// Bounds of the subtree, written to its nodes, and area times power of its inner nodes.
+struct Summary {
+  LightBounds bounds;
+  double looseness = 0;
+};
+
+class Fitter {
+ public:
+  Fitter(LightTree& tree, const LightTreeInput& input, const Scale& scale)
+      : tree_(tree), input_(input), scale_(scale) {}
+
+  Summary fit(std::uint32_t node, int threads) const {
+    LightTreeNode& n = tree_.nodes[node];
+    Summary sum;
+    if (n.child == HW_NONE) {
+      const std::uint32_t light = tree_.order[n.first];
+      sum.bounds =
+          scaled(light_bounds(input_.lights[light], input_.weights[light], input_.scene_radius), scale_);
+    } else {
+      Summary a, b;
+      both(
+          threads, n.count, [&](int t) { a = fit(n.child, t); }, [&](int t) { b = fit(n.child + 1, t); });
+      sum.bounds = unite(a.bounds, b.bounds);
+      sum.looseness = a.looseness + b.looseness;
+      if (a.bounds.distant == b.bounds.distant)
+        sum.looseness += double{sum.bounds.power} * box_measure(sum.bounds.low, sum.bounds.high);
+    }
+    write(sum.bounds, n);
+    return sum;
+  }
+
+ private:
+  LightTree& tree_;
+  const LightTreeInput& input_;
+  const Scale& scale_;
+};
+
+double fit(LightTree& tree, const LightTreeInput& input, const Scale& scale) {
+  const Summary all = Fitter(tree, input, scale).fit(0, thread_count(input.threads));
+  // In units of the boxes next to the root, so that a scene may grow.
+  double top = 0;
+  const LightTreeNode& root = tree.nodes[0];
+  for (std::uint32_t i = 0; root.child != HW_NONE && i < 2; ++i) {
+    const LightTreeNode& n = tree.nodes[root.child + i];
+    if ((n.cone & HW_LIGHT_TREE_DISTANT) == 0) top += double{n.power} * box_measure(n.low, n.high);
+  }
+  return top > 0 ? all.looseness / top : 0;
+}
+
+}  // namespace
+
+LightTree build_light_tree(const LightTreeInput& input) {
+  LightTree tree;
+  tree.position.assign(input.lights.size(), HW_NONE);
+  if (input.lights.size() >= std::size_t{1} << 31) throw std::length_error("a light tree holds 2^31 - 1 lights");
+  const int threads = thread_count(input.threads);
+  const Scale scale = find_scale(input);
+  std::vector<Item> items;
+  for (std::size_t i = 0; i < input.lights.size(); ++i)
+    if (input.weights[i] > 0) items.push_back({{}, static_cast<std::uint32_t>(i)});
+  if (items.empty()) return tree;
+  in_parts(threads, 0, items.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t light = items[i].light;
+      items[i].bounds = scaled(light_bounds(input.lights[light], input.weights[light], input.scene_radius), scale);
+    }
+  });
+  tree.nodes.resize(2 * items.size() - 1);
+  Builder(items, tree.nodes).build(0, 0, items.size(), 1, 0, threads);
+  tree.order.resize(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    tree.order[i] = items[i].light;
+    tree.position[items[i].light] = static_cast<std::uint32_t>(i);
+  }
+  tree.looseness = tree.built_looseness = fit(tree, input, scale);
+  return tree;
+}
+
+bool refit_light_tree(LightTree& tree, const LightTreeInput& input) {
+  if (tree.position.size() != input.lights.size()) return false;
+  for (std::size_t i = 0; i < input.lights.size(); ++i)
+    if ((input.weights[i] > 0) != (tree.position[i] != HW_NONE)) return false;
+  if (tree.nodes.empty()) return true;
+  tree.looseness = fit(tree, input, find_scale(input));
+  return tree.looseness <= kLoosest * tree.built_looseness;
+}
+
+}  // namespace hw
