@@ -76,27 +76,29 @@ float box_measure(vec3 low, vec3 high) {
   return 2 * (e.x * e.y + e.y * e.z + e.z * e.x) + 0.01f * glm::dot(e, e);
 }
 
-// What a bin, or several, holds.
+// What a bin, or several, holds. Arrays of four that compilers make one operation of.
 struct Bin {
-  vec3 low{HW_INFINITY}, high{-HW_INFINITY};
-  vec3 axes{0};  // sum of unit axes
-  float power = 0, theta_o = 0, theta_e = 0;
+  alignas(16) std::array<float, 4> least{HW_INFINITY, HW_INFINITY, HW_INFINITY, 0};  // box; -theta_o
+  std::array<float, 4> most{-HW_INFINITY, -HW_INFINITY, -HW_INFINITY, 0};            // box; theta_e
+  std::array<float, 4> sum{};                                                        // unit axes; power
   std::uint32_t count = 0;
 
   void add(const Bin& b) {
-    low = glm::min(low, b.low);
-    high = glm::max(high, b.high);
-    axes += b.axes;
-    power += b.power;
-    theta_o = std::max(theta_o, b.theta_o);
-    theta_e = std::max(theta_e, b.theta_e);
+    for (int i = 0; i < 4; ++i) least[i] = b.least[i] < least[i] ? b.least[i] : least[i];
+    for (int i = 0; i < 4; ++i) most[i] = b.most[i] > most[i] ? b.most[i] : most[i];
+    for (int i = 0; i < 4; ++i) sum[i] += b.sum[i];
     count += b.count;
   }
   float cost() const {
-    // Axes spread evenly over a cap of half angle a have a mean of length (1 + cos a) / 2.
-    const float mean = glm::length(axes) / static_cast<float>(count);
-    const float spread = theta_o < HW_PI ? std::acos(std::clamp(2 * mean - 1, -1.0f, 1.0f)) : 0.0f;
-    return power * box_measure(low, high) * (0.1f + cone_measure(std::min(theta_o + spread, HW_PI), theta_e));
+    const float theta_o = -least[3], theta_e = most[3];
+    float cone = 4 * HW_PI;
+    if (theta_o < HW_PI) {
+      // Axes spread evenly over a cap of half angle a have a mean of length (1 + cos a) / 2.
+      const float mean = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / static_cast<float>(count);
+      const float spread = std::acos(std::clamp(2 * mean - 1, -1.0f, 1.0f));
+      cone = cone_measure(std::min(theta_o + spread, HW_PI), theta_e);
+    }
+    return sum[3] * box_measure(vec3(least[0], least[1], least[2]), vec3(most[0], most[1], most[2])) * (0.1f + cone);
   }
 };
 
@@ -173,8 +175,11 @@ class Builder {
     const vec3 reference = begin->bounds.axis;
     for (auto i = begin; i != end; ++i) {
       const LightBounds& b = i->bounds;
-      Bin one{b.low, b.high, b.axis, b.power, b.theta_o, b.theta_e, 1};
-      if (b.two_sided && glm::dot(b.axis, reference) < 0) one.axes = -b.axis;
+      const float side = b.two_sided && glm::dot(b.axis, reference) < 0 ? -1.0f : 1.0f;
+      const Bin one{{b.low.x, b.low.y, b.low.z, -b.theta_o},
+                    {b.high.x, b.high.y, b.high.z, b.theta_e},
+                    {side * b.axis.x, side * b.axis.y, side * b.axis.z, b.power},
+                    1};
       const vec3 middle = i->middle();
       for (int axis = 0; axis < 3; ++axis)
         if (scale[axis] > 0) bins[axis][bin_of(middle[axis], low[axis], scale[axis])].add(one);
@@ -230,77 +235,60 @@ void write(const LightBounds& b, LightTreeNode& n) {
   n.power = b.power;
 }
 
-// Factor that brings powers into range, and the least that a light keeps of it: nothing that emits may become
-// unreachable beside something very strong.
-struct Scale {
-  double factor = 1;
-  float least = 0, least_distant = 0;
-};
-
-LightBounds scaled(LightBounds b, const Scale& scale) {
-  const double least = b.distant ? scale.least_distant : scale.least;
-  b.power = static_cast<float>(std::clamp(b.power * scale.factor, least, 1e20));
-  return b;
-}
-
-Scale find_scale(const LightTreeInput& in) {
-  // Mean intensity; without lights that have a place, mean irradiance over the scene's size.
+// Brings powers into range by one factor; nothing that emits may become unreachable beside something very strong.
+void scale_powers(std::span<Item> items, float scene_radius) {
+  // By the mean intensity; without lights that have a place, by the mean irradiance over the scene's size.
   double local = 0, distant = 0;
-  std::size_t locals = 0, distants = 0;
-  for (std::size_t i = 0; i < in.lights.size(); ++i) {
-    if (!(in.weights[i] > 0)) continue;
-    const LightBounds b = light_bounds(in.lights[i], in.weights[i], in.scene_radius);
-    (b.distant ? distant : local) += b.power;
-    ++(b.distant ? distants : locals);
+  std::size_t locals = 0;
+  for (const Item& i : items) {
+    (i.bounds.distant ? distant : local) += i.bounds.power;
+    locals += !i.bounds.distant;
   }
-  const double r2 = double{in.scene_radius} * in.scene_radius;
-  const double mean = locals > 0 ? local / double(locals) : distants > 0 ? distant / double(distants) * r2 : 1;
-  Scale scale;
-  scale.factor = 1 / std::max(mean, 1e-300);
-  scale.least = 1e-5f;
-  scale.least_distant = static_cast<float>(std::clamp(1e-5 / std::max(r2, 1e-30), 1e-20, 1e20));
-  return scale;
+  const double r2 = std::clamp(double{scene_radius} * scene_radius, 1e-30, 1e30);
+  const double mean = locals > 0 ? local / double(locals) : distant * r2 / double(items.size());
+  const double least_distant = std::clamp(1e-5 / r2, 1e-20, 1e20);
+  for (Item& i : items)
+    i.bounds.power = static_cast<float>(
+        std::clamp(i.bounds.power / std::max(mean, 1e-300), i.bounds.distant ? least_distant : 1e-5, 1e20));
 }
 
-// Bounds of the subtree, written to its nodes, and area times power of its inner nodes.
+// Bounds of `items`, whose lights are given.
+void measure(std::span<Item> items, const LightTreeInput& input, int threads) {
+  in_parts(threads, 0, items.size(), [&](std::size_t begin, std::size_t end) {
+    for (Item& i : items.subspan(begin, end - begin))
+      i.bounds = light_bounds(input.lights[i.light], input.weights[i.light], input.scene_radius);
+  });
+  scale_powers(items, input.scene_radius);
+}
+
+// Bounds of a subtree, and power by area of its inner nodes.
 struct Summary {
   LightBounds bounds;
   double looseness = 0;
 };
 
-class Fitter {
- public:
-  Fitter(LightTree& tree, const LightTreeInput& input, const Scale& scale)
-      : tree_(tree), input_(input), scale_(scale) {}
-
-  Summary fit(std::uint32_t node, int threads) const {
-    LightTreeNode& n = tree_.nodes[node];
-    Summary sum;
-    if (n.child == HW_NONE) {
-      const std::uint32_t light = tree_.order[n.first];
-      sum.bounds =
-          scaled(light_bounds(input_.lights[light], input_.weights[light], input_.scene_radius), scale_);
-    } else {
-      Summary a, b;
-      both(
-          threads, n.count, [&](int t) { a = fit(n.child, t); }, [&](int t) { b = fit(n.child + 1, t); });
-      sum.bounds = unite(a.bounds, b.bounds);
-      sum.looseness = a.looseness + b.looseness;
-      if (a.bounds.distant == b.bounds.distant)
-        sum.looseness += double{sum.bounds.power} * box_measure(sum.bounds.low, sum.bounds.high);
-    }
-    write(sum.bounds, n);
-    return sum;
+// Writes bounds to `node` and what is below. `items`: in leaf order.
+Summary fit(std::span<LightTreeNode> nodes, std::span<const Item> items, std::uint32_t node, int threads) {
+  LightTreeNode& n = nodes[node];
+  Summary sum;
+  if (n.child == HW_NONE) {
+    sum.bounds = items[n.first].bounds;
+  } else {
+    Summary a, b;
+    both(
+        threads, n.count, [&](int t) { a = fit(nodes, items, n.child, t); },
+        [&](int t) { b = fit(nodes, items, n.child + 1, t); });
+    sum.bounds = unite(a.bounds, b.bounds);
+    sum.looseness = a.looseness + b.looseness;
+    if (a.bounds.distant == b.bounds.distant)
+      sum.looseness += double{sum.bounds.power} * box_measure(sum.bounds.low, sum.bounds.high);
   }
+  write(sum.bounds, n);
+  return sum;
+}
 
- private:
-  LightTree& tree_;
-  const LightTreeInput& input_;
-  const Scale& scale_;
-};
-
-double fit(LightTree& tree, const LightTreeInput& input, const Scale& scale) {
-  const Summary all = Fitter(tree, input, scale).fit(0, thread_count(input.threads));
+double fit_all(LightTree& tree, std::span<const Item> items, int threads) {
+  const double all = fit(tree.nodes, items, 0, threads).looseness;
   // In units of the boxes next to the root, so that a scene may grow.
   double top = 0;
   const LightTreeNode& root = tree.nodes[0];
@@ -308,7 +296,7 @@ double fit(LightTree& tree, const LightTreeInput& input, const Scale& scale) {
     const LightTreeNode& n = tree.nodes[root.child + i];
     if ((n.cone & HW_LIGHT_TREE_DISTANT) == 0) top += double{n.power} * box_measure(n.low, n.high);
   }
-  return top > 0 ? all.looseness / top : 0;
+  return top > 0 ? all / top : 0;
 }
 
 }  // namespace
@@ -318,17 +306,12 @@ LightTree build_light_tree(const LightTreeInput& input) {
   tree.position.assign(input.lights.size(), HW_NONE);
   if (input.lights.size() >= std::size_t{1} << 31) throw std::length_error("a light tree holds 2^31 - 1 lights");
   const int threads = thread_count(input.threads);
-  const Scale scale = find_scale(input);
   std::vector<Item> items;
+  items.reserve(input.lights.size());
   for (std::size_t i = 0; i < input.lights.size(); ++i)
     if (input.weights[i] > 0) items.push_back({{}, static_cast<std::uint32_t>(i)});
   if (items.empty()) return tree;
-  in_parts(threads, 0, items.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t light = items[i].light;
-      items[i].bounds = scaled(light_bounds(input.lights[light], input.weights[light], input.scene_radius), scale);
-    }
-  });
+  measure(items, input, threads);
   tree.nodes.resize(2 * items.size() - 1);
   Builder(items, tree.nodes).build(0, 0, items.size(), 1, 0, threads);
   tree.order.resize(items.size());
@@ -336,7 +319,7 @@ LightTree build_light_tree(const LightTreeInput& input) {
     tree.order[i] = items[i].light;
     tree.position[items[i].light] = static_cast<std::uint32_t>(i);
   }
-  tree.looseness = tree.built_looseness = fit(tree, input, scale);
+  tree.looseness = tree.built_looseness = fit_all(tree, items, threads);
   return tree;
 }
 
@@ -345,7 +328,12 @@ bool refit_light_tree(LightTree& tree, const LightTreeInput& input) {
   for (std::size_t i = 0; i < input.lights.size(); ++i)
     if ((input.weights[i] > 0) != (tree.position[i] != HW_NONE)) return false;
   if (tree.nodes.empty()) return true;
-  tree.looseness = fit(tree, input, find_scale(input));
+  const int threads = thread_count(input.threads);
+  std::vector<Item> items;
+  items.reserve(tree.order.size());
+  for (const std::uint32_t light : tree.order) items.push_back({{}, light});
+  measure(items, input, threads);
+  tree.looseness = fit_all(tree, items, threads);
   return tree.looseness <= kLoosest * tree.built_looseness;
 }
 
