@@ -44,7 +44,7 @@ def add_arguments(parser) -> None:
     add("--seed", type=natural, metavar="N")
     add("--integrator", metavar="NAME", help=render_reuse.integrator_help())
     add("--estimator", metavar="NAME", help="how reservoirs are merged: paper, with the paper's bias (default: paper)")
-    add("--lights", metavar="uniform|power|tree", help="how one light is chosen among many")
+    add("--lights", metavar="auto|uniform|power|tree", help="how one light is chosen among many")
     for name, _, _ in BOUNCES:
         extra = " (0: direct light only)" if name == "max" else ""
         add(f"--{name}-bounces", type=natural, metavar="N", help=f"limit of {name} bounces{extra}")
@@ -195,7 +195,7 @@ def check_names(request: Request) -> None:
     that the integrator refuses. A .blend may name an integrator of its own: blend_overrides checks its parameters."""
     choose("tracer", request.tracer, TRACERS)
     if request.lights is not None:
-        choose("light choice", request.lights, ("uniform", "power", "tree"))
+        choose("light choice", request.lights, ("auto", "uniform", "power", "tree"))
     if request.engine != "headwater":
         return
     from headwater.core import load

@@ -58,10 +58,22 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
         name="Light Choice",
         description="How next-event estimation chooses among the lights",
         items=(
+            (
+                "auto",
+                "Automatic",
+                "By the light tree where there are several lights; by power where there are few, and for integrators "
+                "that reuse light samples",
+            ),
+            (
+                "tree",
+                "Light Tree",
+                "By what each light could bring to the point that is lit: its distance, its direction, its power. Less "
+                "noise with many lights, for somewhat more time a sample. Path Tracing only",
+            ),
             ("power", "Power", "In proportion to the power each light sends out"),
             ("uniform", "Uniform", "Every light with the same probability"),
         ),
-        default="power",
+        default="auto",
     )
     tracer: EnumProperty(
         name="Ray Tracing",

@@ -50,6 +50,16 @@ std::uint32_t frame_flags(const Tables& tables) {
   return flags | HW_FRAME_SURFACES_DARK | (world ? 0u : HW_FRAME_MISSES_DARK);
 }
 
+// With fewer lights than this the tree's walk costs more time than its choice saves in noise
+// (docs/measurements/light_tree.md).
+constexpr std::uint64_t kTreeLights = 8;
+
+// What "auto" stands for. Integrators that reuse light samples draw their candidates by power.
+std::string light_choice(const RenderSettings& settings, const Tables& tables) {
+  if (settings.lights != "auto") return settings.lights;
+  return settings.integrator == "path" && tables.totals().lights >= kTreeLights ? "tree" : "power";
+}
+
 }  // namespace
 
 RenderLoop::RenderLoop(Context& context, Tracer& tracer, Tables& tables, Film& film, std::unique_ptr<Wave>& wave,
@@ -94,13 +104,13 @@ void RenderLoop::render() {
   Wave& wave = *wave_;
   Commands commands(device);
 
-  tables_.choose_lights(settings_.lights);
+  const std::string choice = light_choice(settings_, tables_);
+  tables_.choose_lights(choice);
   const ShadingClasses& classes = tables_.totals().classes;
-  const bool tree = settings_.lights == "tree" && tables_.root().light_tree_nodes > 0;
-  const std::uint32_t light_choice = tree ? HW_FEATURE_LIGHT_TREE : 0u;
+  const bool tree = choice == "tree" && tables_.root().light_tree_nodes > 0;
   auto constants_for = [&](std::uint32_t features) {
     return SpecConstants{
-        {0, features | scene_features(tables_) | light_choice}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+        {0, features | scene_features(tables_) | (tree ? HW_FEATURE_LIGHT_TREE : 0u)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
   };
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
   std::vector<SpecConstants> class_constants;

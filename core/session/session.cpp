@@ -99,8 +99,8 @@ void check(const RenderSettings& s) {
   if (s.filter != "BLACKMAN_HARRIS" && s.filter != "GAUSSIAN" && s.filter != "BOX")
     bad("there is no pixel filter '" + s.filter + "'; the filters are BLACKMAN_HARRIS, GAUSSIAN, BOX");
   if (!(s.filter_width > 0) || s.filter_width > 64) bad("filter width must be between 0 and 64 pixels");
-  if (s.lights != "uniform" && s.lights != "power" && s.lights != "tree")
-    bad("there is no light choice '" + s.lights + "'; choices are uniform, power, tree");
+  if (s.lights != "auto" && s.lights != "uniform" && s.lights != "power" && s.lights != "tree")
+    bad("there is no light choice '" + s.lights + "'; choices are auto, uniform, power, tree");
   if (s.lights == "tree" && s.integrator != "path")
     bad("the integrator '" + s.integrator + "' does not choose lights by the tree; 'path' does");
   if (s.mist_falloff != "LINEAR" && s.mist_falloff != "QUADRATIC" && s.mist_falloff != "INVERSE_QUADRATIC")

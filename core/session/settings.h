@@ -20,7 +20,7 @@ struct RenderSettings {
   std::uint32_t seed = 0;
   double time_limit = 0;  // seconds, 0 = none; at least one sample is finished
   std::string integrator = "path";
-  std::string lights = "power";  // "uniform", "power" or "tree"
+  std::string lights = "auto";  // how lights are chosen: "uniform", "power", "tree"; "auto": the tree where it pays
   std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4, transmission_bounces = 12;
   std::uint32_t transparent_bounces = 8;
   std::uint32_t min_bounces = 0;               // before Russian roulette
