@@ -29,7 +29,7 @@ def glowing(scene, number, radiance):
     )
 
 
-@pytest.mark.parametrize("lights", ["uniform", "power"])
+@pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
 def test_variance_falls_as_one_over_samples(core, make_context, lights):
     """Independent renders of n samples; the slope of log variance over log n is -1 within 0.05 for plain Monte Carlo.
 
@@ -64,7 +64,7 @@ LAMPS = [((0.7, 0.2, 1.0), 30.0), ((-0.8, 0.5, 1.5), 50.0), ((0.1, -0.9, 0.6), 1
 ALBEDO = np.array([0.7, 0.5, 0.2])
 
 
-@pytest.mark.parametrize("lights", ["uniform", "power"])
+@pytest.mark.parametrize("lights", ["uniform", "power", "tree"])
 def test_direct_light_is_the_sum_over_the_lamps(core, make_context, tracer, lights):
     """Point lamps over a matte square and a smaller one: every pixel against a loop over lamps in double precision."""
     scene = core.Scene()
@@ -127,7 +127,7 @@ def test_light_is_linear(core, make_context):
         made.set_world("sky", (0.1 * factor, 0.2 * factor, 0.3 * factor))
         return made
 
-    for lights in ("uniform", "power"):
+    for lights in ("uniform", "power", "tree"):
         once, twice = (
             core_scenes.picture(core, make_context(), scene(f), 32, seed=3, lights=lights)["Combined"] for f in (1, 2)
         )

@@ -50,9 +50,9 @@ std::uint32_t frame_flags(const Tables& tables) {
   return flags | HW_FRAME_SURFACES_DARK | (world ? 0u : HW_FRAME_MISSES_DARK);
 }
 
-// With fewer lights than this the tree's walk costs more time than its choice saves in noise
+// With fewer lights there is nothing to choose; from here on the tree was never the worse
 // (docs/measurements/light_tree.md).
-constexpr std::uint64_t kTreeLights = 8;
+constexpr std::uint64_t kTreeLights = 2;
 
 // What "auto" stands for. Integrators that reuse light samples draw their candidates by power.
 std::string light_choice(const RenderSettings& settings, const Tables& tables) {

@@ -174,7 +174,7 @@ TEST_CASE("the inside of a grey emitting box is a geometric series") {
   double expected = 1.5, term = 0.5;
   for (std::uint32_t bounces = 0; bounces < 4; ++bounces) {
     s.max_bounces = s.diffuse_bounces = bounces;
-    for (const char* lights : {"uniform", "power"}) {
+    for (const char* lights : {"uniform", "power", "tree"}) {
       s.lights = lights;
       check_mean(render(scene, s), expected);
     }

@@ -219,7 +219,12 @@ TEST_CASE("tables: lights") {
   CHECK(high > 2 * low);  // by power
   r.tables.choose_lights("uniform");
   for (int i = 0; i < 6; ++i) CHECK(r.see.alias(i).pdf == doctest::Approx(1.0 / 6));
-  CHECK_THROWS_AS(r.tables.choose_lights("tree"), std::invalid_argument);
+  CHECK_THROWS_AS(r.tables.choose_lights("magic"), std::invalid_argument);
+  r.tables.choose_lights("tree");
+  CHECK(r.see.alias(0).pdf != r.see.alias(5).pdf);  // by power beside the tree
+  CHECK(r.tables.root().light_tree_nodes == 11);
+  r.tables.choose_lights("uniform");
+  CHECK(r.tables.root().light_tree_nodes == 0);
 
   // The emitter moves: its triangles do, the offset stays, no mesh is touched.
   r.scene.upsert_instance(2, instance_of(1, at(7), {1}));
