@@ -111,7 +111,7 @@ def test_bad_options(here, cube, tmp_path, options):
         (("--estimator", "magic"), ("magic", "paper")),
         (("--candidates", "4"), ("path", "candidates")),
         (("--tracer", "magic"), ("magic", "embree", "ray_query")),
-        (("--lights", "magic"), ("magic", "uniform", "power")),
+        (("--lights", "magic"), ("magic", "auto", "uniform", "power", "tree")),
         (("--passes", "Combined,Magic"), ("Magic", "Combined", "Depth")),
         (("--device", "no such device"), ("no such device",)),
         (("--camera", "nobody"), ("nobody", "/camera")),

@@ -22,9 +22,13 @@ std::vector<std::string> integrator_names() {
   return names;
 }
 
+bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count) {
+  return settings.integrator == "path" || light_count < kFewLights;
+}
+
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
   const std::string& name = context.settings.integrator;
-  if (name == "path" || context.light_count < kFewLights) {
+  if (renders_by_path(context.settings, context.light_count)) {
     context.reservoirs.clear();
     return std::make_unique<PathIntegrator>(context);
   }

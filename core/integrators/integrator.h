@@ -68,5 +68,7 @@ class Integrator {
 
 // By settings.integrator. Where reuse can't pay, with next to no lights, that is `path`, whatever the name.
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context);
+// Whether it is `path`, with so many lights in the table.
+bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count);
 
 }  // namespace hw

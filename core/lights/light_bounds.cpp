@@ -27,8 +27,7 @@ void fill_spot(const LightRecord& r, LightBounds& b) {
   // The rows of the inverse matrix: at right angles where the lamp's own axes are.
   const vec3 x = to_unit(r.axis_x, vec3(1, 0, 0)), y = to_unit(r.axis_y, vec3(0, 1, 0)),
              z = to_unit(r.axis_z, vec3(0, 0, 1));
-  const float skew =
-      std::max({std::abs(glm::dot(x, y)), std::abs(glm::dot(y, z)), std::abs(glm::dot(z, x))});
+  const float skew = std::max({std::abs(glm::dot(x, y)), std::abs(glm::dot(y, z)), std::abs(glm::dot(z, x))});
   b.axis = -z;  // axis_z leads from what it shines on to the lamp
   b.theta_o = skew > 1e-3f ? HW_PI : std::acos(std::clamp(1 - r.size_y, -1.0f, 1.0f)) + skew;
 }

@@ -20,8 +20,8 @@ struct LightBounds {
 // `scene_radius` [m]: what that of suns and the world was taken over.
 LightBounds light_bounds(const LightRecord& light, float weight, float scene_radius);
 
-// Bounds of two lights or groups of lights together; the cone by Conty Estevez and Kulla 2018, algorithm 1. Of a distant
-// one and another: an unbounded box and all directions.
+// Bounds of two lights or groups of lights together; the cone by Conty Estevez and Kulla 2018, algorithm 1. Of a
+// distant one and another: an unbounded box and all directions.
 LightBounds unite(const LightBounds& a, const LightBounds& b);
 
 }  // namespace hw

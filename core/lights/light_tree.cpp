@@ -67,8 +67,7 @@ float cone_measure(float theta_o, float theta_e) {
   const float theta_w = std::min(theta_o + theta_e, HW_PI);
   const float sine = std::sin(theta_o), cosine = std::cos(theta_o);
   return 2 * HW_PI * (1 - cosine) +
-         0.5f * HW_PI *
-             (2 * theta_w * sine - std::cos(theta_o - 2 * theta_w) - 2 * theta_o * sine + cosine);
+         0.5f * HW_PI * (2 * theta_w * sine - std::cos(theta_o - 2 * theta_w) - 2 * theta_o * sine + cosine);
 }
 
 float box_measure(vec3 low, vec3 high) {

@@ -34,7 +34,8 @@ struct LightTree {
 LightTree build_light_tree(const LightTreeInput& input);
 
 // Takes bounds and power anew, in the same layout, in O(n). False where the tree should rather be built anew: other
-// lights have weight, or boxes grew over one another (looseness 1.5 times what it was when built); it is then of no use.
+// lights have weight, or boxes grew over one another (looseness 1.5 times what it was when built); it is then of no
+// use.
 bool refit_light_tree(LightTree& tree, const LightTreeInput& input);
 
 }  // namespace hw

@@ -61,8 +61,8 @@ class Tables {
   // several updates: pages given back between them are only faulted in again (measured: a third of the CPU time).
   void trim_heap();
 
-  // How lights are chosen: "uniform" or "power" (odds of the alias table), or "tree", which builds the light tree beside
-  // the table by power. Throws std::invalid_argument for another name.
+  // How lights are chosen: "uniform" or "power" (odds of the alias table), or "tree", which builds the light tree
+  // beside the table by power. Throws std::invalid_argument for another name.
   void choose_lights(const std::string& name);
 
   // The world's importance map is evaluated by a stage, since its background is a program. When this gives a size after

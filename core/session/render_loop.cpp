@@ -52,12 +52,13 @@ std::uint32_t frame_flags(const Tables& tables) {
 
 // With fewer lights there is nothing to choose; from here on the tree was never the worse
 // (docs/measurements/light_tree.md).
-constexpr std::uint64_t kTreeLights = 2;
+constexpr std::uint32_t kTreeLights = 2;
 
 // What "auto" stands for. Integrators that reuse light samples draw their candidates by power.
 std::string light_choice(const RenderSettings& settings, const Tables& tables) {
   if (settings.lights != "auto") return settings.lights;
-  return settings.integrator == "path" && tables.totals().lights >= kTreeLights ? "tree" : "power";
+  const std::uint32_t lights = tables.root().light_count;
+  return lights >= kTreeLights && renders_by_path(settings, lights) ? "tree" : "power";
 }
 
 }  // namespace
@@ -109,8 +110,9 @@ void RenderLoop::render() {
   const ShadingClasses& classes = tables_.totals().classes;
   const bool tree = choice == "tree" && tables_.root().light_tree_nodes > 0;
   auto constants_for = [&](std::uint32_t features) {
-    return SpecConstants{
-        {0, features | scene_features(tables_) | (tree ? HW_FEATURE_LIGHT_TREE : 0u)}, {1, film_.layout().mask}, {2, film_.layout().light_passes ? 1u : 0u}};
+    return SpecConstants{{0, features | scene_features(tables_) | (tree ? HW_FEATURE_LIGHT_TREE : 0u)},
+                         {1, film_.layout().mask},
+                         {2, film_.layout().light_passes ? 1u : 0u}};
   };
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
   std::vector<SpecConstants> class_constants;

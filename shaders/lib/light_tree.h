@@ -4,9 +4,9 @@
 // of Many Lights with Adaptive Tree Splitting", without trigonometry as in pbrt-v4). Bounds are conservative: a node is
 // never of importance 0 where a light below it may contribute.
 //
-// Departures: the largest intensity stands for the power, so that spots and narrow area lamps weigh what they give those
-// they shine on; two-sided emitters have a flag rather than all directions; lights at infinity have subtrees of their
-// own, by irradiance; what is wholly below the horizon is found by the box, not by its sphere.
+// Departures: the largest intensity stands for the power, so that spots and narrow area lamps weigh what they give
+// those they shine on; two-sided emitters have a flag rather than all directions; lights at infinity have subtrees of
+// their own, by irradiance; what is wholly below the horizon is found by the box, not by its sphere.
 #ifndef HW_LIGHT_TREE_H
 #define HW_LIGHT_TREE_H
 #include "../shared/light_tree.h"
@@ -37,7 +37,9 @@ struct LightTreeReceiver {
 };
 
 #ifdef __cplusplus
-inline LightTreeNode light_tree_load(uint64_t nodes, uint i) { return reinterpret_cast<const LightTreeNode*>(nodes)[i]; }
+inline LightTreeNode light_tree_load(uint64_t nodes, uint i) {
+  return reinterpret_cast<const LightTreeNode*>(nodes)[i];
+}
 #else
 // By words (lib/words.glsl): the order is LightTreeNode's.
 LightTreeNode light_tree_load(uint64_t nodes, uint i) {
@@ -64,8 +66,8 @@ HW_FN float light_tree_cos_less(float cos_a, float sin_a, float cos_b, float sin
   return cos_a > cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b;
 }
 
-// Estimate of what the lights below `n` give the receiver, in the tree's unit: 0 where none of them gives anything, else
-// in [1e-30, 1e30].
+// Estimate of what the lights below `n` give the receiver, in the tree's unit: 0 where none of them gives anything,
+// else in [1e-30, 1e30].
 HW_FN float light_tree_importance(HW_IN(LightTreeNode) n, HW_IN(LightTreeReceiver) r) {
   bool distant = (n.cone & HW_LIGHT_TREE_DISTANT) != 0u;
   vec2 angles = min(unpackHalf2x16(n.cone & 0x7FFF7FFFu), vec2(HW_PI));
@@ -128,9 +130,9 @@ HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTr
   uint first = n.first;
   pdf = 1.0f;
   float grain = 5.9604644775390625e-8f;  // step of the values that u can have
-  uint hash = floatBitsToUint(u) ^ sampler_hash(floatBitsToUint(r.position.x) ^
-                                                sampler_hash(floatBitsToUint(r.position.y) ^
-                                                             sampler_hash(floatBitsToUint(r.position.z))));
+  uint hash = floatBitsToUint(u) ^
+              sampler_hash(floatBitsToUint(r.position.x) ^
+                           sampler_hash(floatBitsToUint(r.position.y) ^ sampler_hash(floatBitsToUint(r.position.z))));
   while (child != HW_NONE) {
     LightTreeNode a = light_tree_load(tree.nodes, child);
     LightTreeNode b = light_tree_load(tree.nodes, child + 1u);

@@ -21,9 +21,9 @@ HW_CONST float HW_LIGHT_TREE_UNBOUNDED = 1e18f;
 struct LightTreeNode {
   vec3 low;  // world box of what emits
   vec3 high;
-  uint axis;    // of the emission cone, octahedral; distant: towards the light
-  uint cone;    // two half floats, rounded up: theta_o (of normals about the axis), theta_e (of emission about a normal)
-                // [rad]; their signs are flags
+  uint axis;  // of the emission cone, octahedral; distant: towards the light
+  uint cone;  // two half floats, rounded up: theta_o (of normals about the axis), theta_e (of emission about a normal)
+              // [rad]; their signs are flags
   float power;  // sum over lights of the largest radiant intensity [W sr^-1], of distant ones of irradiance [W m^-2];
                 // all times one factor that keeps them in range
   uint first;   // position of its first light

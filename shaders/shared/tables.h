@@ -150,7 +150,7 @@ struct Root {
   vec3 world_color;     // constant background radiance when world_material is HW_NONE
   uint sun_offset;      // suns are lamps [sun_offset, sun_offset + sun_count): tested on a miss
   uint sun_count;
-  uint world_flags;  // HW_LIGHT_CAMERA etc.: which rays see the world
+  uint world_flags;       // HW_LIGHT_CAMERA etc.: which rays see the world
   uint light_tree_nodes;  // 0: there is no tree
   uint pad;
 };
