@@ -11,7 +11,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SOURCE_SUFFIXES = {".py", ".cpp", ".h", ".hpp", ".glsl", ".comp", ".sh", ".cmake", ".toml", ".yaml", ".yml"}
+SOURCE_SUFFIXES = {".py", ".cpp", ".h", ".hpp", ".sh", ".cmake", ".toml", ".yaml", ".yml"}
+SOURCE_SUFFIXES |= {".glsl", ".comp", ".rgen", ".rmiss", ".rchit", ".rint"}
 SOURCE_NAMES = {"dev", "run", "CMakeLists.txt"}
 HEADER_LINES = 5  # a "#!" line and an encoding line may come first
 ADDON_LICENCE, LICENCE = "GPL-3.0-or-later", "Apache-2.0"

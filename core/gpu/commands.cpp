@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "gpu/impl.h"
+#include "shared/rays.h"
 
 namespace hw {
 
@@ -92,24 +93,28 @@ struct Commands::Impl {
     mark();
   }
 
+  // All that commands of ours run in.
+  VkPipelineStageFlags shader_stages() const {
+    VkPipelineStageFlags stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    if (d.acceleration_structures) stages |= VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+    if (d.ray_pipeline) stages |= VK_PIPELINE_STAGE_RAY_TRACING_SHADER_BIT_KHR;
+    return stages;
+  }
+
   void barrier(VkPipelineStageFlags to, VkAccessFlags access) {
     VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
     memory.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
     memory.dstAccessMask = access;
-    VkPipelineStageFlags from = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    if (d.ray_query) from |= VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+    const VkPipelineStageFlags from = shader_stages();
     d.vk.vkCmdPipelineBarrier(buffer, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
   }
 
-  // Before a command: starts recording, and waits for what was recorded before.
+  // Before a command: starts recording, and waits for what was recorded before. The first command of a recording waits
+  // too: a fence made what earlier submissions wrote visible to the host only.
   void next() {
     begin();
-    if (dirty) {
-      VkPipelineStageFlags to =
-          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
-      if (d.ray_query) to |= VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
-      barrier(to, VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT);
-    }
+    barrier(shader_stages() | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
+            VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT);
     dirty = true;
   }
 
@@ -146,11 +151,14 @@ struct Commands::Impl {
     }
   }
 
-  void bind(const Kernel& kernel, std::span<const std::byte> push) {
+  static void check_push(const std::string& name, std::span<const std::byte> push) {
     if (push.size() > 128 || push.size() % 4 != 0)
-      throw DeviceError("Kernel \"" + kernel.name() +
-                        "\": push constants are at most 128 bytes and a multiple of 4, not " +
+      throw DeviceError("Kernel \"" + name + "\": push constants are at most 128 bytes and a multiple of 4, not " +
                         std::to_string(push.size()) + ".");
+  }
+
+  void bind(const Kernel& kernel, std::span<const std::byte> push) {
+    check_push(kernel.name(), push);
     d.vk.vkCmdBindPipeline(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
     if (uniforms && !uniforms_bound) {
       d.vk.vkCmdBindDescriptorSets(buffer, VK_PIPELINE_BIND_POINT_COMPUTE, d.layout, 0, 1, &uniforms, 0, nullptr);
@@ -233,6 +241,22 @@ void Commands::dispatch_indirect(const Kernel& kernel, std::span<const std::byte
   impl_->next();
   impl_->bind(kernel, push);
   impl_->d.vk.vkCmdDispatchIndirect(impl_->buffer, queue.handle(), offset);
+}
+
+void Commands::trace_rays(const RayPipeline& pipeline, std::span<const std::byte> push, const Buffer& queue,
+                          std::uint32_t capacity) {
+  Impl& c = *impl_;
+  Impl::check_push(pipeline.name(), push);
+  c.next();
+  c.d.vk.vkCmdBindPipeline(c.buffer, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR, pipeline.pipeline());
+  c.d.vk.vkCmdPushConstants(c.buffer, c.d.ray_layout, kRayPushStages, 0, static_cast<std::uint32_t>(push.size()),
+                            push.data());
+  const RayPipeline::Tables& t = pipeline.tables();
+  if (c.d.physical.info.ray_pipeline_indirect)
+    c.d.vk.vkCmdTraceRaysIndirectKHR(c.buffer, &t.generation, &t.miss, &t.hit, &t.callable,
+                                     queue.address() + offsetof(QueueHeader, count));
+  else
+    c.d.vk.vkCmdTraceRaysKHR(c.buffer, &t.generation, &t.miss, &t.hit, &t.callable, capacity, 1, 1);
 }
 
 void Commands::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,

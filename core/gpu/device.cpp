@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "gpu/impl.h"
 
@@ -69,8 +70,12 @@ VkDevice make_device(const PhysicalDevice& physical) {
   queue.pQueuePriorities = &priority;
   VkPhysicalDeviceRayQueryFeaturesKHR query{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
   query.rayQuery = VK_TRUE;
+  VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipeline{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR};
+  pipeline.rayTracingPipeline = VK_TRUE;
+  pipeline.rayTracingPipelineTraceRaysIndirect = physical.info.ray_pipeline_indirect;
   VkPhysicalDeviceAccelerationStructureFeaturesKHR structure{
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR, &query};
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
   structure.accelerationStructure = VK_TRUE;
   VkPhysicalDeviceVulkan12Features f12{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
   f12.bufferDeviceAddress = VK_TRUE;
@@ -82,10 +87,17 @@ VkDevice make_device(const PhysicalDevice& physical) {
   VkPhysicalDeviceFeatures2 features{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, &f11};
   features.features.shaderInt64 = VK_TRUE;
   std::vector<const char*> extensions;
-  if (physical.info.ray_query) {
+  if (physical.info.ray_query || physical.info.ray_pipeline) {
     f12.pNext = &structure;
-    extensions = {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                  VK_KHR_RAY_QUERY_EXTENSION_NAME};
+    extensions = {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME};
+  }
+  if (physical.info.ray_query) {
+    query.pNext = std::exchange(structure.pNext, &query);
+    extensions.push_back(VK_KHR_RAY_QUERY_EXTENSION_NAME);
+  }
+  if (physical.info.ray_pipeline) {
+    pipeline.pNext = std::exchange(structure.pNext, &pipeline);
+    extensions.push_back(VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME);
   }
   VkDeviceCreateInfo create{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, &features};
   create.queueCreateInfoCount = 1;
@@ -156,7 +168,8 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
   }
   volkLoadDeviceTable(&d.vk, d.device);
   d.vk.vkGetDeviceQueue(d.device, d.physical.queue_family, 0, &d.queue);
-  d.ray_query = d.physical.info.ray_query;
+  d.ray_pipeline = d.physical.info.ray_pipeline;
+  d.acceleration_structures = d.ray_pipeline || d.physical.info.ray_query;
   if (d.instance->debug_utils())
     d.set_name = reinterpret_cast<PFN_vkSetDebugUtilsObjectNameEXT>(
         vkGetInstanceProcAddr(d.instance->handle(), "vkSetDebugUtilsObjectNameEXT"));
@@ -201,6 +214,12 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
   layout.pushConstantRangeCount = 1;
   layout.pPushConstantRanges = &push;
   check(d.vk.vkCreatePipelineLayout(d.device, &layout, nullptr, &d.layout), "Making the pipeline layout");
+  if (d.ray_pipeline) {
+    const VkPushConstantRange rays{kRayPushStages, 0, 128};
+    layout.setLayoutCount = 0;
+    layout.pPushConstantRanges = &rays;
+    check(d.vk.vkCreatePipelineLayout(d.device, &layout, nullptr, &d.ray_layout), "Making the ray pipeline layout");
+  }
   d.load_pipeline_cache();
 }
 
@@ -214,6 +233,7 @@ Device::Impl::~Impl() {
       vk.vkDestroyPipelineCache(device, cache, nullptr);
     }
     if (layout) vk.vkDestroyPipelineLayout(device, layout, nullptr);
+    if (ray_layout) vk.vkDestroyPipelineLayout(device, ray_layout, nullptr);
     if (uniform_layout) vk.vkDestroyDescriptorSetLayout(device, uniform_layout, nullptr);
     for (const auto& block : blocks) vk.vkFreeMemory(device, block->memory, nullptr);
     vk.vkDestroyDevice(device, nullptr);

@@ -29,6 +29,8 @@ struct DeviceInfo {
   std::string why_not;  // when not usable: what is missing, in a sentence
   bool ray_query = false;
   bool ray_pipeline = false;
+  bool ray_pipeline_indirect = false;                  // launches whose size the device decides
+  std::string ray_query_why_not, ray_pipeline_why_not;  // what is missing, in a sentence; empty where it is there
   bool int64_atomics = false;  // on 64-bit numbers in buffers: what world-space reservoirs are fed by
 };
 
@@ -99,6 +101,37 @@ class Kernel {
   std::string name_;
 };
 
+// The shaders of a ray tracing pipeline, by the names of their SPIR-V ("pipeline_any_rgen" for pipeline_any.rgen). Hit
+// group 0 is for opaque triangles, hit group 1 for boxes with the intersection shader; `closest_hit`, which may be empty,
+// is both groups'.
+struct RayPipelineShaders {
+  std::string_view generation, miss, closest_hit, intersection;
+};
+
+// A ray tracing pipeline and its shader binding table (VK_KHR_ray_tracing_pipeline). Shaders don't trace from hits: a
+// recursion depth of 1, which every device has. Throws DeviceError on a device without info().ray_pipeline.
+class RayPipeline {
+ public:
+  RayPipeline(Device& device, std::string_view name, const RayPipelineShaders& shaders);
+  ~RayPipeline();
+  RayPipeline(const RayPipeline&) = delete;
+  RayPipeline& operator=(const RayPipeline&) = delete;
+  VkPipeline pipeline() const { return pipeline_; }
+  const std::string& name() const { return name_; }
+  struct Tables {
+    VkStridedDeviceAddressRegionKHR generation{}, miss{}, hit{}, callable{};
+  };
+  const Tables& tables() const { return tables_; }
+
+ private:
+  void make_tables();
+  Device& device_;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+  std::string name_;
+  std::unique_ptr<Buffer> binding_table_;
+  Tables tables_;
+};
+
 // Records work and submits it. Barriers between dispatches are implied (each waits for the one before).
 class Commands {
  public:
@@ -111,6 +144,10 @@ class Commands {
   // Groups from a QueueHeader at `offset` in `queue`.
   void dispatch_indirect(const Kernel& kernel, std::span<const std::byte> push, const Buffer& queue,
                          std::size_t offset = 0);
+  // A ray a path of `queue`, whose header has the launch's size; `capacity` rays on a device that can't read it there.
+  // `push` is at most 128 bytes, for ray generation and intersection shaders.
+  void trace_rays(const RayPipeline& pipeline, std::span<const std::byte> push, const Buffer& queue,
+                  std::uint32_t capacity);
   void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset, std::size_t bytes);
   void fill(const Buffer& buffer, std::size_t offset, std::size_t bytes, std::uint32_t value);
   // For Tracers that record their own commands (acceleration structure builds).

@@ -56,6 +56,9 @@ class LavapipeThreads {
   std::string before_;
 };
 
+// Stages of a ray tracing pipeline that read its push constant.
+constexpr VkShaderStageFlags kRayPushStages = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_INTERSECTION_BIT_KHR;
+
 // One VkDeviceMemory. Small buffers share blocks: drivers allow few allocations (4096 at least) and each is slow.
 struct MemoryBlock {
   VkDeviceMemory memory = VK_NULL_HANDLE;
@@ -81,6 +84,7 @@ struct Device::Impl {
   VkQueue queue = VK_NULL_HANDLE;
   std::mutex queue_mutex;
   VkPipelineLayout layout = VK_NULL_HANDLE;
+  VkPipelineLayout ray_layout = VK_NULL_HANDLE;  // of ray tracing pipelines: a push constant and no sets
   VkDescriptorSetLayout uniform_layout = VK_NULL_HANDLE;
   VkPipelineCache cache = VK_NULL_HANDLE;
   std::string cache_path;
@@ -88,7 +92,8 @@ struct Device::Impl {
   VkDeviceSize max_allocation = 0;
   std::uint32_t max_groups = 65535;
   bool shared_memory = false;
-  bool ray_query = false;
+  bool acceleration_structures = false;
+  bool ray_pipeline = false;
   bool timestamps = false;
   double timestamp_seconds = 0;  // per tick
   std::uint64_t timestamp_mask = ~0ull;
@@ -110,6 +115,9 @@ struct Device::Impl {
   void load_pipeline_cache();
   void save_pipeline_cache() const;
 };
+
+// The SPIR-V embedded at build time under this name. Throws DeviceError when there is none. The caller destroys it.
+VkShaderModule make_shader_module(const Device::Impl& device, std::string_view name);
 
 // Turns a Vulkan result into DeviceLost, OutOfMemory or DeviceError with `what` in the sentence.
 void check(VkResult result, const std::string& what);

@@ -100,6 +100,12 @@ bool find_compute_queue(VkPhysicalDevice device, std::uint32_t* family) {
   return found;
 }
 
+// For tests: HEADWATER_HIDE_EXTENSION names one that is treated as missing, or the feature of indirect launches.
+bool hidden(const char* name) {
+  const char* value = std::getenv("HEADWATER_HIDE_EXTENSION");
+  return value && std::strcmp(value, name) == 0;
+}
+
 PhysicalDevice describe(VkPhysicalDevice handle) {
   PhysicalDevice result;
   result.handle = handle;
@@ -120,6 +126,7 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
     info.driver = std::to_string(basic.driverVersion);
     info.why_not = "its driver has Vulkan " + std::to_string(info.api_major) + "." + std::to_string(info.api_minor) +
                    ", Headwater needs 1.2.";
+    info.ray_query_why_not = info.ray_pipeline_why_not = info.why_not;
     return result;
   }
   VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
@@ -168,9 +175,19 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
   need(find_compute_queue(handle, &result.queue_family), "a compute queue");
   info.usable = missing.empty();
   if (!info.usable) info.why_not = "its driver lacks " + missing + ".";
-  info.ray_query = structure.accelerationStructure && query.rayQuery;
   info.int64_atomics = f12.shaderBufferInt64Atomics;
-  info.ray_pipeline = structure.accelerationStructure && pipeline.rayTracingPipeline;
+  const auto lacks = [&](VkBool32 feature, const char* extension) -> std::string {
+    if (hidden(extension)) return "HEADWATER_HIDE_EXTENSION hides " + std::string(extension) + ".";
+    if (!structures || !structure.accelerationStructure)
+      return std::string("its driver lacks ") + VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME + ".";
+    return feature ? "" : "its driver lacks " + std::string(extension) + ".";
+  };
+  info.ray_query_why_not = lacks(query.rayQuery, VK_KHR_RAY_QUERY_EXTENSION_NAME);
+  info.ray_pipeline_why_not = lacks(pipeline.rayTracingPipeline, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME);
+  info.ray_query = info.ray_query_why_not.empty();
+  info.ray_pipeline = info.ray_pipeline_why_not.empty();
+  info.ray_pipeline_indirect = info.ray_pipeline && pipeline.rayTracingPipelineTraceRaysIndirect &&
+                               !hidden("rayTracingPipelineTraceRaysIndirect");
   return result;
 }
 

@@ -22,15 +22,21 @@ const SpirvEntry* find_kernel(std::string_view name) {
 
 }  // namespace
 
-Kernel::Kernel(Device& device, std::string_view name, const SpecConstants& constants) : device_(device), name_(name) {
+VkShaderModule make_shader_module(const Device::Impl& d, std::string_view name) {
+  const std::string text(name);
   const SpirvEntry* entry = find_kernel(name);
-  if (!entry) throw DeviceError("There is no kernel named \"" + name_ + "\".");
-  Device::Impl& d = device.impl();
-  VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-  module_info.codeSize = entry->bytes;
-  module_info.pCode = entry->words;
+  if (!entry) throw DeviceError("There is no kernel named \"" + text + "\".");
+  VkShaderModuleCreateInfo create{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+  create.codeSize = entry->bytes;
+  create.pCode = entry->words;
   VkShaderModule module = VK_NULL_HANDLE;
-  check(d.vk.vkCreateShaderModule(d.device, &module_info, nullptr, &module), "Loading kernel \"" + name_ + "\"");
+  check(d.vk.vkCreateShaderModule(d.device, &create, nullptr, &module), "Loading kernel \"" + text + "\"");
+  return module;
+}
+
+Kernel::Kernel(Device& device, std::string_view name, const SpecConstants& constants) : device_(device), name_(name) {
+  Device::Impl& d = device.impl();
+  VkShaderModule module = make_shader_module(d, name);
   std::vector<VkSpecializationMapEntry> entries;
   std::vector<std::uint32_t> values;
   for (const auto& [id, value] : constants) {

@@ -168,7 +168,8 @@ Buffer::Buffer(Device& device, std::size_t bytes, BufferUse use, std::string_vie
   create.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
                  VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
                  VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-  if (d.ray_query)
+  if (d.ray_pipeline) create.usage |= VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR;
+  if (d.acceleration_structures)
     create.usage |= VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
                     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;
   create.sharingMode = VK_SHARING_MODE_EXCLUSIVE;

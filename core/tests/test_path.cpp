@@ -251,7 +251,7 @@ TEST_CASE("a device with memory of its own renders the same picture") {
   s.width = 40, s.height = 30;
   s.samples = 5;
   s.max_bounces = 3;
-  for (const char* tracer : {"embree", "ray_query"}) {
+  for (const char* tracer : {"embree", "ray_query", "ray_pipeline"}) {
     std::shared_ptr<Context> shared;
     try {
       shared = make_context("", tracer, 0, true);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both Tracers against a brute-force loop in double precision, against each other, through edits and degenerate input.
+// All Tracers against a brute-force loop in double precision, against each other, through edits and degenerate input.
 
 #include <doctest/doctest.h>
 
@@ -14,12 +14,16 @@ using namespace hw::test;
 
 namespace {
 
+bool runs_on(const Device& device, const std::string& kind) {
+  return kind == "embree" || (kind == "ray_query" ? device.info().ray_query : device.info().ray_pipeline);
+}
+
 // Runs `body` on each Tracer the machine can run, with validation on; the layers must have nothing to say.
 void with_tracers(const std::function<void(Device&, Tracer&)>& body) {
   static Device device({}, true);
-  for (const char* kind : {"embree", "ray_query"}) {
-    if (std::string(kind) == "ray_query" && !device.info().ray_query) {
-      MESSAGE("skipped: ", device.info().name, " (", device.info().driver, ") has no ray query");
+  for (const char* kind : {"embree", "ray_query", "ray_pipeline"}) {
+    if (!runs_on(device, kind)) {
+      MESSAGE("skipped: ", kind, " on ", device.info().name, " (", device.info().driver, ")");
       continue;
     }
     CAPTURE(kind);
@@ -343,9 +347,95 @@ TEST_CASE("tracers: bad edits are refused by name") {
   CHECK_THROWS_WITH_AS(embree->set_mesh(0, bad.view("Suzanne")),
                        "Mesh \"Suzanne\" has a triangle of vertex 3, but only 3 vertices.", std::runtime_error);
   CHECK_THROWS_AS(make_tracer(device, "optix", 0), DeviceError);
-  if (!device.info().ray_query) CHECK_THROWS_AS(make_tracer(device, "ray_query", 0), DeviceError);
-  CHECK(std::string(make_tracer(device, "auto", 0)->name()) ==
-        (device.info().kind == "cpu" || !device.info().ray_query ? "embree" : "ray_query"));
+  for (const char* kind : {"ray_query", "ray_pipeline"})
+    if (!runs_on(device, kind)) CHECK_THROWS_AS(make_tracer(device, kind, 0), DeviceError);
+  CHECK(make_tracer(device, "auto", 0)->name() == std::string(best_tracer(device.info())));
+}
+
+TEST_CASE("tracers: what auto stands for on a device") {
+  DeviceInfo info;
+  info.kind = "discrete";
+  CHECK(best_tracer(info) == std::string("embree"));
+  info.ray_pipeline = true;
+  CHECK(best_tracer(info) == std::string("ray_pipeline"));
+  info.ray_query = true;
+  CHECK(best_tracer(info) == std::string("ray_query"));
+  info.kind = "cpu";
+  CHECK(best_tracer(info) == std::string("embree"));
+}
+
+// A data-centre GPU has pipelines and no ray queries; older drivers launch only what the host sizes. The layers must
+// have nothing to say about what is then used without being there.
+TEST_CASE("ray_pipeline: without ray query, and without indirect launches") {
+  std::mt19937 random(21);
+  const World world = random_world(random);
+  const auto rays = random_rays(random, 1000, 2.5f);
+  std::vector<Hit> expected;
+  for (const char* missing : {"", "VK_KHR_ray_query", "rayTracingPipelineTraceRaysIndirect", "VK_KHR_ray_tracing_pipeline"}) {
+    CAPTURE(missing);
+    setenv("HEADWATER_HIDE_EXTENSION", missing, 1);
+    Device device({}, true);
+    unsetenv("HEADWATER_HIDE_EXTENSION");
+    if (missing == std::string("VK_KHR_ray_tracing_pipeline")) {
+      CHECK_THROWS_WITH_AS(make_tracer(device, "ray_pipeline", 0), doctest::Contains(missing), DeviceError);
+      continue;
+    }
+    if (missing == std::string("VK_KHR_ray_query"))
+      CHECK_THROWS_WITH_AS(make_tracer(device, "ray_query", 0), doctest::Contains(missing), DeviceError);
+    if (!runs_on(device, "ray_pipeline")) {
+      MESSAGE("skipped: ", device.info().name, ": ", device.info().ray_pipeline_why_not);
+      return;
+    }
+    const auto tracer = make_tracer(device, "ray_pipeline", 0);
+    world.give(*tracer);
+    Rig rig(device, 2048);  // more room than rays
+    const auto hits = rig.closest(*tracer, rays);
+    if (expected.empty()) expected = hits;
+    CHECK(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof(Hit)) == 0);
+    CHECK(device.validation_messages() == 0);
+  }
+}
+
+// The driver may walk the same structure in the same way for both, or not: where it does, not a bit differs.
+TEST_CASE("ray_query and ray_pipeline: the same hits, a million rays, many at edges and lamps") {
+  Device device;
+  if (!runs_on(device, "ray_query") || !runs_on(device, "ray_pipeline")) {
+    MESSAGE("skipped: ", device.info().name, " has not both");
+    return;
+  }
+  std::mt19937 random(22);
+  World world = random_world(random);
+  world.meshes.push_back(random_triangles(random, 2000, 0.1f));
+  world.instances.push_back(place(4));
+  auto rays = random_rays(random, 1'000'000, 2.5f);
+  const MeshData& mesh = world.meshes[4];
+  for (std::size_t i = 0; i < rays.size(); i += 2) {  // at vertices and at the middles of edges
+    const std::size_t triangle = 3 * (random() % (mesh.indices.size() / 3));
+    const float* p = &mesh.positions[3 * mesh.indices[triangle]];
+    const float* q = &mesh.positions[3 * mesh.indices[triangle + (i % 4 ? 1 : 0)]];
+    rays[i].direction = glm::normalize((vec3(p[0], p[1], p[2]) + vec3(q[0], q[1], q[2])) * 0.5f - rays[i].origin);
+    if (i % 3 == 0) rays[i].mask = HW_MASK_SHADOW_OPAQUE | HW_MASK_LAMP;
+  }
+  std::vector<Hit> hits[2];
+  std::vector<std::uint32_t> any[2];
+  Rig rig(device, 1'000'000);
+  for (const int k : {0, 1}) {
+    const auto tracer = make_tracer(device, k ? "ray_pipeline" : "ray_query", 0);
+    world.give(*tracer);
+    hits[k] = rig.closest(*tracer, rays);
+    any[k] = rig.any(*tracer, rays);
+  }
+  long different = 0, found = 0, lamps = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Hit &a = hits[0][i], &b = hits[1][i];
+    found += a.instance != HW_NONE;
+    lamps += a.instance == HW_LAMP_INSTANCE;
+    different += a.instance != b.instance || a.primitive != b.primitive || a.t != b.t || a.u != b.u || a.v != b.v ||
+                 any[0][i] != any[1][i];
+  }
+  CHECK(found > 500'000);
+  CHECK(lamps > 10'000);
+  CHECK(different <= (device.info().kind == "cpu" ? 0 : 100));
 }
 
 TEST_CASE("embree: closed surfaces have no cracks, far from the origin too") {

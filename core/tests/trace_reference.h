@@ -161,7 +161,7 @@ class Rig {
  private:
   void put(const std::vector<Ray>& rays) {
     const auto count = static_cast<std::uint32_t>(rays.size());
-    std::vector<std::uint32_t> words = {(count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE, 1, 1, count};
+    std::vector<std::uint32_t> words = {(count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE, 1, 1, count, 1, 1};
     for (std::uint32_t i = count; i-- > 0;) words.push_back(i);
     device_.write(queue_, 0, std::as_bytes(std::span(words)));
     device_.write(rays_, 0, std::as_bytes(std::span(rays)));

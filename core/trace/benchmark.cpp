@@ -165,7 +165,7 @@ std::vector<TracerBenchRow> tracer_benchmark(Device& device, const std::string& 
   Buffer queue(device, sizeof(QueueHeader) + 4ull * count, BufferUse::device, "benchmark queue");
   Buffer rays(device, sizeof(Ray) * std::size_t{count}, BufferUse::device, "benchmark rays");
   Buffer hits(device, sizeof(Hit) * std::size_t{count}, BufferUse::device, "benchmark hits");
-  std::vector<std::uint32_t> words = {(count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE, 1, 1, count};
+  std::vector<std::uint32_t> words = {(count + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE, 1, 1, count, 1, 1};
   for (std::uint32_t i = 0; i < count; ++i) words.push_back(i);
   device.write(queue, 0, std::as_bytes(std::span(words)));
   Commands commands(device);

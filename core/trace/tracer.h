@@ -46,7 +46,7 @@ struct TraceArgs {
 class Tracer {
  public:
   virtual ~Tracer() = default;
-  virtual const char* name() const = 0;   // "ray_query" or "embree"
+  virtual const char* name() const = 0;   // "ray_query", "ray_pipeline" or "embree"
   virtual bool runs_on_host() const = 0;  // a host Tracer splits the submission: flush() before, resume after
 
   // Geometry edits, before commit(). set_mesh() or commit() throws std::runtime_error naming the mesh when a build
@@ -68,8 +68,12 @@ class Tracer {
   std::function<void()> evict_owner;
 };
 
-// `kind`: "auto", "ray_query" or "embree". auto: ray_query on a GPU that has it, else embree (hosts need mapped
-// buffers). `threads`: host threads, 0 = all. Throws when the device can't run the kind asked for, saying why.
+// The kind that "auto" stands for: on a GPU ray_query, or ray_pipeline where only that is there (data-centre parts); else
+// embree.
+const char* best_tracer(const DeviceInfo& info);
+
+// `kind`: "auto", "ray_query", "ray_pipeline" or "embree". `threads`: host threads, 0 = all. Throws DeviceError when the
+// device can't run the kind asked for, saying what is missing.
 std::unique_ptr<Tracer> make_tracer(Device& device, const std::string& kind, int threads);
 
 }  // namespace hw

@@ -58,15 +58,17 @@ HW_CONST uint HW_MASK_SHADOW_TRANSPARENT = 32u;  // shadow rays pass, attenuated
 HW_CONST uint HW_MASK_LAMP = 64u;                // lamps, for rays that carry MIS against next-event estimation
 HW_CONST uint HW_MASK_VOLUME = 128u;             // reserved
 
-// Header of a queue buffer; the first three words are a VkDispatchIndirectCommand for workgroups of HW_GROUP_SIZE.
-// `count` path ids follow.
+// Header of a queue buffer. The first three words are a VkDispatchIndirectCommand for workgroups of HW_GROUP_SIZE, the
+// last three a VkTraceRaysIndirectCommandKHR of one ray each. `count` path ids follow.
 struct QueueHeader {
   uint groups_x;
   uint groups_y;
   uint groups_z;
   uint count;
+  uint launch_height;
+  uint launch_depth;
 };
-HW_CONST uint HW_QUEUE_HEADER_BYTES = 16u;
+HW_CONST uint HW_QUEUE_HEADER_BYTES = 24u;
 HW_CHECK_SIZE(QueueHeader, HW_QUEUE_HEADER_BYTES)
 HW_CONST uint HW_GROUP_SIZE = 64u;
 

@@ -13,6 +13,8 @@ void main() {
     q.header.groups_x = min((q.header.count + HW_GROUP_SIZE - 1u) / HW_GROUP_SIZE, 65535u);
     q.header.groups_y = 1u;
     q.header.groups_z = 1u;
+    q.header.launch_height = 1u;
+    q.header.launch_depth = 1u;
     CounterBuffer c = CounterBuffer(HW_FRAME.counters);
     uint64_t n = uint64_t(q.header.count);
     if (push.a == 0u) c.counters.camera += n;

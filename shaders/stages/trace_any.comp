@@ -5,15 +5,13 @@
 #include "lib/ray_query.glsl"
 
 layout(local_size_x = 64) in;
-layout(buffer_reference, scalar) writeonly buffer OccludedRef { uint items[]; };
 
 void main() {
-  uint slot = gl_GlobalInvocationID.x;
-  QueueRef queue = QueueRef(push.queue);
-  if (slot >= min(queue.header.count, push.capacity)) return;
-  uint path = queue.ids[slot];
+  uint path;
+  Ray ray;
+  if (!queued_ray(gl_GlobalInvocationID.x, path, ray)) return;
   rayQueryEXT query;
-  run_query(query, RayRef(push.rays).items[path], gl_RayFlagsTerminateOnFirstHitEXT);
+  run_query(query, ray, gl_RayFlagsTerminateOnFirstHitEXT);
   bool occluded = rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
   OccludedRef(push.hits).items[path] = occluded ? 1u : 0u;
 }

@@ -5,22 +5,14 @@
 #include "lib/ray_query.glsl"
 
 layout(local_size_x = 64) in;
-layout(buffer_reference, scalar) writeonly buffer HitRef { Hit items[]; };
 
 void main() {
-  uint slot = gl_GlobalInvocationID.x;
-  QueueRef queue = QueueRef(push.queue);
-  if (slot >= min(queue.header.count, push.capacity)) return;
-  uint path = queue.ids[slot];
-  Ray ray = RayRef(push.rays).items[path];
+  uint path;
+  Ray ray;
+  if (!queued_ray(gl_GlobalInvocationID.x, path, ray)) return;
   rayQueryEXT query;
   run_query(query, ray, gl_RayFlagsNoneEXT);
-  Hit hit;
-  hit.t = ray.tmax;
-  hit.u = 0.0f;
-  hit.v = 0.0f;
-  hit.instance = HW_NONE;
-  hit.primitive = HW_NONE;
+  Hit hit = no_hit(ray.tmax);
   uint type = rayQueryGetIntersectionTypeEXT(query, true);
   if (type != gl_RayQueryCommittedIntersectionNoneEXT) {
     hit.t = rayQueryGetIntersectionTEXT(query, true);
