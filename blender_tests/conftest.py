@@ -96,7 +96,7 @@ def make_context(core):
 
 
 @pytest.fixture(
-    params=["embree", pytest.param("ray_query", marks=pytest.mark.ray_query)],
+    params=["embree"] + [pytest.param(name, marks=pytest.mark.ray_query) for name in ("ray_query", "ray_pipeline")],
     scope="module",
 )
 def tracer(request):

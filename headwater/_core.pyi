@@ -247,7 +247,7 @@ class Context:
     def __init__(self, device: str = "", tracer: str = "auto", threads: int = 0, validation: bool = False) -> None:
         """
         device: empty for the best, a part of a device's name, its index, or "gpu", "discrete", "integrated",
-            "cpu". tracer: "auto", "embree" or "ray_query". threads: of the host, 0: all.
+            "cpu". tracer: "auto", "embree", "ray_query" or "ray_pipeline". threads: of the host, 0: all.
         validation: turn on Vulkan's validation layers.
         DeviceError when there is no such device, or it can't do what is needed; the message says why.
         """
@@ -255,12 +255,12 @@ class Context:
     @property
     def device(self) -> dict:
         """
-        The device in use: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.
+        The device in use: as devices() has it.
         """
 
     @property
     def tracer(self) -> str:
-        """ "embree" or "ray_query"."""
+        """ "embree", "ray_query" or "ray_pipeline"."""
 
     @property
     def validation_messages(self) -> int:
@@ -335,7 +335,8 @@ class Session:
 
 def devices() -> list:
     """
-    All Vulkan devices, best first: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.
+    All Vulkan devices, best first: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline,
+    ray_query_why_not, ray_pipeline_why_not (sentences; empty where it is there).
     Empty when there is no Vulkan loader or driver; Context then says why.
     """
 

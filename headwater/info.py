@@ -81,6 +81,10 @@ def format_report(report: dict) -> str:
         )
         if not device["usable"]:
             lines.append(f"      not usable: {device['why_not']}")
+            continue
+        for tracer in ("ray_query", "ray_pipeline"):
+            if not device.get(tracer):
+                lines.append(f"      no tracer {tracer}: {device.get(tracer + '_why_not', '')}")
     if report["chosen_device"]:
         lines.append(f"Renders on: {report['chosen_device']}, tracer {report['tracer']}")
     if report["integrators"]:

@@ -11,7 +11,7 @@ from headwater.progress import Progress
 from headwater.render_request import BOUNCES, Request
 from headwater.render_stats import RenderStats
 
-TRACERS = ("auto", "ray_query", "embree")
+TRACERS = ("auto", "ray_query", "ray_pipeline", "embree")
 BLEND = (".blend",)
 USD = (".usd", ".usda", ".usdc", ".usdz")
 MAX_SIZE = 65536

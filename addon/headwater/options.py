@@ -4,7 +4,7 @@
   blender -b shot.blend -E HEADWATER -a -- --headwater-samples 256 --headwater-stats stats.json
 
 --headwater-device NAME    device by name or part of it, instead of the preference
---headwater-tracer NAME    auto, ray_query or embree
+--headwater-tracer NAME    auto, ray_query, ray_pipeline or embree
 --headwater-samples N      samples a pixel, instead of the scene's
 --headwater-threads N      host threads
 --headwater-denoise on|off  denoises or does not, instead of what the scene says

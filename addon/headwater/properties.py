@@ -79,9 +79,14 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
         name="Ray Tracing",
         description="What finds the hits of rays",
         items=(
-            ("auto", "Automatic", "Ray queries on GPUs that have them, Embree on the CPU"),
+            ("auto", "Automatic", "Ray queries or ray tracing pipelines on GPUs that have them, Embree on the CPU"),
             ("ray_query", "Vulkan Ray Query", "Ray tracing hardware through Vulkan ray queries"),
             ("embree", "Embree", "Embree on the host's processor"),
+            (  # last: files keep the number
+                "ray_pipeline",
+                "Vulkan Ray Pipeline",
+                "Ray tracing hardware through Vulkan ray tracing pipelines, for GPUs without ray queries",
+            ),
         ),
         default="auto",
     )

@@ -10,7 +10,7 @@
 namespace hw {
 
 struct Commands::Impl {
-  static constexpr std::uint32_t kQueries = 1024;
+  static constexpr std::uint32_t kQueries = 8192;  // several waves of many stages
 
   Device& device;
   Device::Impl& d;
@@ -23,6 +23,7 @@ struct Commands::Impl {
   VkBuffer uniform_buffers[2] = {VK_NULL_HANDLE, VK_NULL_HANDLE};
   bool uniforms_bound = false;  // in this recording
   bool recording = false;
+  std::uint64_t flushes = 0;
   bool dirty = false;  // something was recorded that the next command must wait for
 
   // Stage marks of this recording: the stage named runs from its query to the next mark's.
@@ -47,12 +48,6 @@ struct Commands::Impl {
       check(d.vk.vkAllocateCommandBuffers(d.device, &allocate, &buffer), "Making a command buffer");
       VkFenceCreateInfo fence_info{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
       check(d.vk.vkCreateFence(d.device, &fence_info, nullptr, &fence), "Making a fence");
-      if (d.timestamps) {
-        VkQueryPoolCreateInfo query{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
-        query.queryType = VK_QUERY_TYPE_TIMESTAMP;
-        query.queryCount = kQueries;
-        check(d.vk.vkCreateQueryPool(d.device, &query, nullptr, &queries), "Making timestamp queries");
-      }
     } catch (...) {
       destroy();
       throw;
@@ -68,10 +63,24 @@ struct Commands::Impl {
     if (pool) d.vk.vkDestroyCommandPool(d.device, pool, nullptr);
   }
 
-  bool use_queries() const { return queries && d.stage_timing; }
+  // Made for the first stage: most recordings are copies.
+  void make_queries() {
+    if (queries || !d.timestamps) return;
+    VkQueryPoolCreateInfo create{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    create.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    create.queryCount = kQueries;
+    check(d.vk.vkCreateQueryPool(d.device, &create, nullptr, &queries), "Making timestamp queries");
+    if (recording) reset_queries();  // else begin() does
+  }
+
+  void reset_queries() {
+    if (!queries) return;
+    if (used_queries) d.vk.vkCmdResetQueryPool(buffer, queries, 0, used_queries);
+    used_queries = 0;
+  }
 
   void mark() {
-    if (!use_queries() || stage.empty() || marks.size() + 1 >= kQueries) return;
+    if (!queries || !d.stage_timing || stage.empty() || marks.size() + 1 >= kQueries) return;
     d.vk.vkCmdWriteTimestamp(buffer, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries,
                              static_cast<std::uint32_t>(marks.size()));
     marks.push_back({stage, stage_counts});
@@ -88,8 +97,7 @@ struct Commands::Impl {
     dirty = false;
     uniforms_bound = false;
     marks.clear();
-    if (queries && used_queries) d.vk.vkCmdResetQueryPool(buffer, queries, 0, used_queries);
-    used_queries = 0;
+    reset_queries();
     mark();
   }
 
@@ -190,6 +198,9 @@ struct Commands::Impl {
         result = d.vk.vkQueueSubmit(d.queue, 1, &submit, fence);
       }
       if (result == VK_SUCCESS) {
+        ++flushes;
+        ++d.submissions;
+        ++d.host_waits;
         result = d.vk.vkWaitForFences(d.device, 1, &fence, VK_TRUE, UINT64_MAX);
         d.vk.vkResetFences(d.device, 1, &fence);
       }
@@ -273,6 +284,12 @@ void Commands::fill(const Buffer& buffer, std::size_t offset, std::size_t bytes,
   impl_->d.vk.vkCmdFillBuffer(impl_->buffer, buffer.handle(), offset, bytes, value);
 }
 
+void Commands::update(const Buffer& buffer, std::size_t offset, std::span<const std::byte> data) {
+  if (data.empty()) return;
+  impl_->next();
+  impl_->d.vk.vkCmdUpdateBuffer(impl_->buffer, buffer.handle(), offset, data.size(), data.data());
+}
+
 void Commands::record(const std::function<void(VkCommandBuffer)>& fn) {
   impl_->next();
   fn(impl_->buffer);
@@ -280,6 +297,7 @@ void Commands::record(const std::function<void(VkCommandBuffer)>& fn) {
 
 void Commands::begin_stage(std::string_view name) {
   if (!impl_->d.stage_timing) return;
+  impl_->make_queries();
   if (!impl_->queries || impl_->marks.size() + 2 >= Impl::kQueries) impl_->flush();
   impl_->stage = name;
   impl_->stage_counts = true;
@@ -287,5 +305,6 @@ void Commands::begin_stage(std::string_view name) {
 }
 
 void Commands::flush() { impl_->flush(); }
+std::uint64_t Commands::flushes() const { return impl_->flushes; }
 
 }  // namespace hw

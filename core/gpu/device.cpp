@@ -292,9 +292,13 @@ std::vector<StageTime> Device::stage_times() const {
   return impl_->stages;
 }
 
+std::uint64_t Device::submissions() const { return impl_->submissions; }
+std::uint64_t Device::host_waits() const { return impl_->host_waits; }
+
 void Device::reset_stage_times() {
   std::lock_guard lock(impl_->stage_mutex);
   impl_->stages.clear();
+  impl_->submissions = impl_->host_waits = 0;
 }
 
 }  // namespace hw

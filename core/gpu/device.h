@@ -150,10 +150,13 @@ class Commands {
                   std::uint32_t capacity);
   void copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset, std::size_t bytes);
   void fill(const Buffer& buffer, std::size_t offset, std::size_t bytes, std::uint32_t value);
+  // Writes `data`, kept in the recording, in its turn: at most 64 KiB, sizes and offset multiples of 4.
+  void update(const Buffer& buffer, std::size_t offset, std::span<const std::byte> data);
   // For Tracers that record their own commands (acceleration structure builds).
   void record(const std::function<void(VkCommandBuffer)>& fn);
   void begin_stage(std::string_view name);  // what follows is timed under this name
   void flush();                             // submit what was recorded and wait; throws DeviceLost / OutOfMemory
+  std::uint64_t flushes() const;            // that submitted something, since construction
   struct Impl;
 
  private:
@@ -193,6 +196,8 @@ class Device {
   // where there are timestamps.
   void set_stage_timing(bool on);
   std::vector<StageTime> stage_times() const;  // since reset_stage_times()
+  std::uint64_t submissions() const;           // to the queue, since reset_stage_times()
+  std::uint64_t host_waits() const;            // for them
   void reset_stage_times();
   void add_stage_time(std::string_view name, double seconds);  // host stages report here
   std::uint64_t validation_messages() const;  // counted when validation is on; each is printed to stderr

@@ -104,6 +104,7 @@ struct Device::Impl {
   std::vector<std::unique_ptr<MemoryBlock>> blocks;
   std::uint64_t bytes_in_use = 0, peak_bytes = 0, memory_limit = 0;
 
+  std::atomic<std::uint64_t> submissions{0}, host_waits{0};
   std::mutex stage_mutex;
   std::vector<StageTime> stages;
 

@@ -12,8 +12,19 @@ namespace hw {
 
 namespace {
 
-// A device with its own memory is asked whether paths are left only this often: each question is a wait.
-constexpr int kDeviceStride = 8;
+// Steps recorded without asking the device whether paths are left. What is recorded in vain are dispatches of no groups:
+// they cost little beside a wait (docs/measurements/tracer.md). Most settings bound paths below it.
+constexpr std::uint32_t kBlindSteps = 32;
+// Rows of a host Tracer's queues that lie in the device's own memory are looked at this often: each look is a copy.
+constexpr std::uint32_t kHostStride = 8;
+
+// Steps after which every path has ended: a ray for each bounce, for the one past the last that only finds emission, for
+// each transparent surface or lamp on the way and for the one past their limit, and the camera's. 0: no bound (a path
+// counts its bounces up to 255).
+std::uint32_t most_steps(const FrameParams& p) {
+  const std::uint64_t steps = std::uint64_t(p.max_bounces) + p.max_transparent + 3;
+  return p.max_bounces < 255 && steps < (1u << 30) ? static_cast<std::uint32_t>(steps) : 0;
+}
 
 // Kernels with parts that few scenes need come in two variants; see the top of material_vm.glsl.
 const Kernel& variant(const IntegratorContext& context, const char* plain, const char* full, std::uint32_t needs,
@@ -44,7 +55,6 @@ void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std:
 void make_light_proxies(Commands& commands, const IntegratorContext& context) {
   commands.begin_stage("light proxies");
   dispatch_all(commands, context.device, context.kernels.get("light_proxies"), context.light_count);
-  commands.flush();
 }
 
 PathStages::PathStages(const IntegratorContext& context, bool reuse)
@@ -79,21 +89,23 @@ void PathStages::dispatch(Commands& commands, const Kernel& kernel, Queue& queue
   commands.dispatch_indirect(kernel, push.bytes(), queue.buffer);
 }
 
-std::uint32_t PathStages::count(Commands& commands, Queue& queue) {
-  commands.flush();
-  QueueHeader header{};
-  context_.device.read(queue.buffer, 0, std::as_writable_bytes(std::span(&header, 1)));
-  return header.count;
+std::uint32_t PathStages::paths() const {
+  const FrameParams& p = context_.wave.params();
+  return p.wave_pixels * p.wave_samples;
+}
+
+bool PathStages::looks_after(std::uint32_t round) const {
+  if (!context_.tracer.runs_on_host()) return round % kBlindSteps == kBlindSteps - 1;
+  return context_.device.shared_memory() || round % kHostStride == kHostStride - 1;
 }
 
 void PathStages::camera(Commands& commands) {
   Wave& w = context_.wave;
-  const std::uint32_t paths = w.params().wave_pixels * w.params().wave_samples;
   commands.begin_stage("camera");
   for (auto& queue : w.hit_queues) prepare(commands, nullptr, RayKind::kNone, queue.get());
   prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
   const Push push{.out_queue = w.active->address()};
-  commands.dispatch(camera_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  commands.dispatch(camera_, push.bytes(), (paths() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
   prepare(commands, w.active.get(), RayKind::kCamera, w.next.get());
   context_.tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
 }
@@ -147,8 +159,14 @@ bool PathStages::advance(Commands& commands, int step) {
   for (auto& queue : w.hit_queues) prepare(commands, nullptr, RayKind::kNone, queue.get());
   prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
   std::swap(w.active, w.next);
-  const bool ask = context_.device.shared_memory() || step % kDeviceStride == kDeviceStride - 1;
-  return !(ask && count(commands, *w.active) == 0);
+  const std::uint32_t done = static_cast<std::uint32_t>(step) + 1;
+  bool look = looks_after(step);
+  if (!context_.tracer.runs_on_host()) {
+    w.pace.recorded(step, paths());
+    look = look || w.pace.due();
+    if (done == most_steps(w.params())) return false;
+  }
+  return !(look && w.count(commands, *w.active) == 0);
 }
 
 bool PathStages::render(Commands& commands, const std::function<void(std::size_t)>& resample) {
@@ -174,7 +192,7 @@ bool PathStages::first_surfaces(Commands& commands, const std::function<void(std
     surface(commands, c);
     resample(c);
   }
-  commands.flush();
+  if (!context_.tracer.runs_on_host()) context_.wave.pace.recorded(0, paths());
   return true;
 }
 
@@ -193,8 +211,7 @@ bool PathStages::trace_transparent_shadows(Commands& commands) {
     dispatch(commands, *shadow_surface_, *w.shadow_queue, {.out_queue = w.shadow_next->address()});
     prepare(commands, w.shadow_next.get(), RayKind::kTransparentShadow, w.shadow_queue.get());
     std::swap(w.shadow_queue, w.shadow_next);
-    const bool ask = context_.device.shared_memory() || round % kDeviceStride == kDeviceStride - 1;
-    if (ask && count(commands, *w.shadow_queue) == 0) break;
+    if (looks_after(round) && w.count(commands, *w.shadow_queue) == 0) break;
     if (context_.cancelled) return false;
   }
   return true;

@@ -46,13 +46,12 @@ void RestirIntegrator::begin_frame(Commands& commands) {
   if (store.screen->has_history) frame.flags |= HW_REUSE_HISTORY;
   if (store.screen->has_history && !context_.settings.resume) frame.flags |= HW_REUSE_NEW_FRAME;
   store.screen->fill(frame);
-  context_.wave.write_params(context_.device);
+  context_.wave.write_params(commands);
   make_light_proxies(commands, context_);
   if (store.screen->has_history) {
     commands.begin_stage("reuse");
     dispatch_all(commands, context_.device, context_.kernels.get("screen_begin", context_.constants),
                  store.screen->pixels());
-    commands.flush();
   }
 }
 

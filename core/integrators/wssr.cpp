@@ -61,7 +61,7 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   }
   if (!keeps) store.passes = context_.settings.first_sample;
   frame.pass = store.passes;
-  context_.wave.write_params(context_.device);
+  context_.wave.write_params(commands);
   make_light_proxies(commands, context_);
   wants_tree_ = !keeps_cells && tree(structure_);
   preparations_ = (wants_tree_ ? 1 : 0) + (keeps ? 0 : 1);
@@ -77,11 +77,10 @@ void WssrIntegrator::begin_frame(Commands& commands) {
 
 void WssrIntegrator::start_cells(Commands& commands, bool empty) {
   context_.reservoirs.cells->fill(context_.wave.params().reuse);
-  context_.wave.write_params(context_.device);
+  context_.wave.write_params(commands);
   commands.begin_stage("cells");
   dispatch_all(commands, context_.device, begin_, context_.reservoirs.cells->count(), empty ? 1 : 0);
   stages_.prepare(commands, nullptr, RayKind::kNone, &context_.reservoirs.cells->touched());
-  commands.flush();
 }
 
 // The first surfaces of the wave's camera rays, from rays and hits.
@@ -118,7 +117,6 @@ void WssrIntegrator::end_pass(Commands& commands, int preparation) {
   stages_.prepare(commands, &touched, RayKind::kNone, nullptr);
   stages_.dispatch(commands, update_, touched);
   stages_.prepare(commands, nullptr, RayKind::kNone, &touched);
-  commands.flush();
   store.cells->has_history = true;
   context_.wave.params().reuse.pass = ++store.passes;
 }

@@ -31,6 +31,8 @@ nb::dict device_dict(const DeviceInfo& info) {
   d["why_not"] = info.why_not;
   d["ray_query"] = info.ray_query;
   d["ray_pipeline"] = info.ray_pipeline;
+  d["ray_query_why_not"] = info.ray_query_why_not;
+  d["ray_pipeline_why_not"] = info.ray_pipeline_why_not;
   return d;
 }
 
@@ -173,14 +175,14 @@ void bind_context(nb::module_& m) {
       .def(nb::new_(&new_context), "device"_a = "", "tracer"_a = "auto", "threads"_a = 0, "validation"_a = false,
            "device: empty for the best, a part of a device's name, its index, or \"gpu\", \"discrete\", "
            "\"integrated\",\n"
-           "    \"cpu\". tracer: \"auto\", \"embree\" or \"ray_query\". threads: of the host, 0: all.\n"
+           "    \"cpu\". tracer: \"auto\", \"embree\", \"ray_query\" or \"ray_pipeline\". threads: of the host, 0: all.\n"
            "validation: turn on Vulkan's validation layers.\n"
            "DeviceError when there is no such device, or it can't do what is needed; the message says why.")
       .def_prop_ro(
           "device", [](const Context& c) { return device_dict(c.device->info()); },
-          "The device in use: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, ray_pipeline.")
+          "The device in use: as devices() has it.")
       .def_prop_ro(
-          "tracer", [](const Context& c) { return c.tracer_name(); }, "\"embree\" or \"ray_query\".")
+          "tracer", [](const Context& c) { return c.tracer_name(); }, "\"embree\", \"ray_query\" or \"ray_pipeline\".")
       .def_prop_ro(
           "validation_messages", [](const Context& c) { return c.device->validation_messages(); },
           "Messages of the validation layers so far; they are printed to stderr.")
@@ -240,7 +242,8 @@ void bind_session(nb::module_& m) {
 
   m.def("devices", &devices,
         "All Vulkan devices, best first: name, driver, kind, api, memory (bytes), usable, why_not, ray_query, "
-        "ray_pipeline.\n"
+        "ray_pipeline,\n"
+        "ray_query_why_not, ray_pipeline_why_not (sentences; empty where it is there).\n"
         "Empty when there is no Vulkan loader or driver; Context then says why.");
   m.def("all_passes", &all_passes, "[(name, channels)] of every pass that can be asked for, by Cycles' names.");
   m.def("integrators", &integrator_names, "Names of the integrators.");

@@ -83,6 +83,7 @@ void RenderLoop::choose_wave() {
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
   const std::uint64_t fits =
       std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) / wave_bytes_per_path(film_.layout());
+  capacity = std::min<std::uint64_t>(capacity, 65535u * HW_GROUP_SIZE);  // queue_prepare.comp
   capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples});
   capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
   if (wave_ && wave_->capacity() == capacity && wave_->layout_mask() == film_.layout().mask) return;
@@ -121,7 +122,8 @@ void RenderLoop::render() {
   if (const auto grid = tables_.world_luminance_wanted()) {
     on_stage("preparing the world");
     apply_settings(wave.params(), settings_, film_.layout());
-    wave.write_params(device);
+    wave.write_params(commands);
+    commands.flush();
     const auto luminance = measure_world(device, *context_.kernels, tables_.root_buffer(), *wave.frame, constants,
                                          grid->width, grid->height, cancelled_);
     tables_.set_world_luminance(luminance, grid->width, grid->height);
@@ -132,7 +134,8 @@ void RenderLoop::render() {
   wave.params().first_sample_of_render = settings_.first_sample;
   wave.params().film = film_.sums().address();
   wave.params().frame_flags = frame_flags(tables_);
-  wave.reset_counters(device);
+  wave.pace.begin();
+  wave.reset_counters(commands);
 
   on_stage("loading kernels");
   auto integrator = make_integrator(
@@ -142,29 +145,48 @@ void RenderLoop::render() {
        camera_position(tables_.root().camera), film_.width(), film_.height(), context_.threads});
   accumulate_ = &context_.kernels->get("accumulate", constants);
   integrator->begin_frame(commands);
+  if (passes(commands, *integrator, begun)) submit(commands);
+  report(commands);  // a cancelled render drops what it has recorded, and keeps what ran
+}
 
+bool RenderLoop::passes(Commands& commands, Integrator& integrator, std::chrono::steady_clock::time_point begun) {
   SampleCounts counts = begun_;
-  for (int preparation = 0, all = integrator->preparations(); preparation < all; ++preparation) {
+  for (int preparation = 0, all = integrator.preparations(); preparation < all; ++preparation) {
     on_stage("preparing reservoirs");
-    if (!pass(commands, *integrator, 1, preparation, counts)) return;
+    if (!pass(commands, integrator, 1, preparation, counts)) return false;
   }
   const std::uint32_t pixels = film_.width() * film_.height();
-  const bool independent = integrator->samples_are_independent();
+  const bool independent = integrator.samples_are_independent();
   while (counts.samples < settings_.samples) {
     const std::uint32_t per_wave =
-        independent ? std::clamp(wave.capacity() / pixels, 1u, settings_.samples - counts.samples) : 1;
-    if (!pass(commands, *integrator, per_wave, -1, counts)) return;
+        independent ? std::clamp(wave_->capacity() / pixels, 1u, settings_.samples - counts.samples) : 1;
+    if (!pass(commands, integrator, per_wave, -1, counts)) return false;
     counts = {counts.samples + per_wave, 0, 0};
-    on_samples(counts, wave.counters(device));
+    recorded_.push_back({counts, film_flushes_});
+    report(commands);
     if (settings_.time_limit > 0 &&
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count() >= settings_.time_limit)
-      return;
+      break;
   }
+  return true;
+}
+
+void RenderLoop::submit(Commands& commands) {
+  wave_->record_counters(commands);
+  wave_->pace.submit(commands);
+  report(commands);
+}
+
+void RenderLoop::report(const Commands& commands) {
+  const auto waiting = std::find_if(recorded_.begin(), recorded_.end(),
+                                    [&](const Recorded& r) { return r.flushes >= commands.flushes(); });
+  if (waiting == recorded_.begin()) return;
+  on_samples(std::prev(waiting)->counts, wave_->counters());
+  recorded_.erase(recorded_.begin(), waiting);
 }
 
 bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation,
                       SampleCounts& counts) {
-  Device& device = *context_.device;
   Wave& wave = *wave_;
   const std::uint32_t pixels = film_.width() * film_.height();
   const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / per_wave);
@@ -177,7 +199,7 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
     p.first_sample = settings_.first_sample + counts.samples;
     // Preparations draw other numbers than the sample they come before.
     p.seed = preparation < 0 ? settings_.seed : settings_.seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
-    wave.write_params(device);
+    wave.write_params(commands);
     if (preparation >= 0) {
       if (!integrator.prepare(commands, preparation)) return false;
     } else {
@@ -187,10 +209,13 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
       commands.dispatch(*accumulate_, push.bytes(), (p.wave_pixels + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
       counts.extra = per_wave;
       counts.split = std::min(first + wave_pixels, pixels);
+      film_flushes_ = commands.flushes();
+      recorded_.push_back({counts, film_flushes_});
     }
-    commands.flush();
-    on_samples(counts, wave.counters(device));
-    on_idle();
+    if (tracer_.runs_on_host() || wave.pace.due() || wave.pace.late()) {
+      submit(commands);
+      on_idle();
+    }
     if (cancelled_) return false;
   }
   integrator.end_pass(commands, preparation);

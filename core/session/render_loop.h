@@ -4,8 +4,10 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "film/film.h"
 #include "reservoirs/reservoir_store.h"
@@ -34,6 +36,11 @@ class RenderLoop {
  private:
   void render();
   void choose_wave();
+  // Runs what is recorded, and says how far the picture is.
+  void submit(Commands& commands);
+  void report(const Commands& commands);
+  // False: cancelled.
+  bool passes(Commands& commands, Integrator& integrator, std::chrono::steady_clock::time_point begun);
   // One pass over the picture in waves of `per_wave` samples a pixel. `preparation`: its number, -1: samples. False:
   // cancelled.
   bool pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation, SampleCounts& counts);
@@ -48,6 +55,13 @@ class RenderLoop {
   const SampleCounts begun_;
   const std::atomic<bool>& cancelled_;
   const Kernel* accumulate_ = nullptr;
+
+  struct Recorded {
+    SampleCounts counts;
+    std::uint64_t flushes;  // of the commands, when it was recorded
+  };
+  std::vector<Recorded> recorded_;  // samples on their way into the film: counted when they are there
+  std::uint64_t film_flushes_ = 0;  // of the commands, when samples were last recorded
 };
 
 }  // namespace hw

@@ -34,7 +34,7 @@ struct Context {
   // A Tracer without geometry: one that another session has done with, or a new one. give_back() takes it again.
   std::unique_ptr<Tracer> lend_tracer();
   void give_back(std::unique_ptr<Tracer> tracer);
-  const std::string& tracer_name() const { return tracer_name_; }  // "ray_query" or "embree"
+  const std::string& tracer_name() const { return tracer_name_; }  // as Tracer::name()
 
   // One session at a time renders or syncs. begin(): false when another does; `cancel` is the flag that ends it early,
   // null where nothing does. end() follows every begin() that was true.

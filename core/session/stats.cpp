@@ -94,6 +94,8 @@ std::string render_stats_json(const Context& context, const Tracer& tracer, cons
   out.object("stages", stages);
   out.object("stage_calls", calls);
   out.object("memory", memory);
+  out.integer("submissions", context.device->submissions());
+  out.integer("host_waits", context.device->host_waits());
   return out.text();
 }
 

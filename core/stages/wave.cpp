@@ -4,10 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "lib/filter.h"
 
 namespace hw {
+
+namespace {
+
+constexpr std::size_t kCountersSlot = 0, kQueueSlot = 64, kReadbackBytes = 128;  // offsets in the readback buffer
+static_assert(sizeof(RayCounters) <= kQueueSlot && kQueueSlot + sizeof(QueueHeader) <= kReadbackBytes);
+static_assert(sizeof(FrameParams) <= 65536 && sizeof(FrameParams) % 4 == 0);  // Commands::update()
+
+}  // namespace
 
 std::size_t wave_bytes_per_path(const FilmLayout& layout) {
   return sizeof(PathState) + 2 * sizeof(Ray) + 2 * sizeof(Hit) + 4 + sizeof(ShadowState) + sizeof(SurfacePoint) +
@@ -36,6 +45,8 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   results = make(device, layout.stride * 4, "results");
   counters_buffer = std::make_unique<Buffer>(device, sizeof(RayCounters), BufferUse::device, "ray counters");
   frame = std::make_unique<Buffer>(device, sizeof(FrameParams), BufferUse::device, "frame parameters");
+  readback_ = std::make_unique<Buffer>(device, kReadbackBytes, BufferUse::readback, "readback");
+  std::memset(readback_->mapped(), 0, kReadbackBytes);
   active = std::make_unique<Queue>(device, capacity, "active queue");
   next = std::make_unique<Queue>(device, capacity, "next queue");
   for (std::uint32_t c = 0; c < HW_MAX_SHADING_CLASSES; ++c) {
@@ -73,17 +84,30 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   params_.counters = counters_buffer->address();
 }
 
-void Wave::write_params(Device& device) { device.write(*frame, 0, std::as_bytes(std::span(&params_, 1))); }
-
-RayCounters Wave::counters(Device& device) const {
-  RayCounters c{};
-  device.read(*counters_buffer, 0, std::as_writable_bytes(std::span(&c, 1)));
-  return c;
+void Wave::write_params(Commands& commands) {
+  commands.update(*frame, 0, std::as_bytes(std::span(&params_, 1)));
 }
 
-void Wave::reset_counters(Device& device) {
-  const RayCounters zero{};
-  device.write(*counters_buffer, 0, std::as_bytes(std::span(&zero, 1)));
+// A struct at the start of `from` reaches the host with the flush that comes anyway, not by a submission of its own.
+template <class T>
+void Wave::bring(Commands& commands, const Buffer& from, std::size_t slot) {
+  if (!from.mapped()) commands.copy(from, 0, *readback_, slot, sizeof(T));
+}
+template <class T>
+T Wave::brought(const Buffer& from, std::size_t slot) const {
+  T value{};
+  std::memcpy(&value, from.mapped() ? from.as<std::byte>() : readback_->as<std::byte>() + slot, sizeof value);
+  return value;
+}
+
+void Wave::reset_counters(Commands& commands) { commands.fill(*counters_buffer, 0, sizeof(RayCounters), 0); }
+void Wave::record_counters(Commands& commands) { bring<RayCounters>(commands, *counters_buffer, kCountersSlot); }
+RayCounters Wave::counters() const { return brought<RayCounters>(*counters_buffer, kCountersSlot); }
+
+std::uint32_t Wave::count(Commands& commands, const Queue& queue) {
+  bring<QueueHeader>(commands, queue.buffer, kQueueSlot);
+  pace.submit(commands);
+  return brought<QueueHeader>(queue.buffer, kQueueSlot).count;
 }
 
 void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& layout) {

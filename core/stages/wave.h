@@ -12,6 +12,7 @@
 #include "shared/closure.h"
 #include "shared/path.h"
 #include "shared/tables.h"
+#include "stages/pace.h"
 #include "stages/stage.h"
 
 namespace hw {
@@ -23,11 +24,16 @@ class Wave {
 
   std::uint32_t capacity() const { return capacity_; }
   std::uint64_t bytes() const { return bytes_; }
-  // Parameters of the coming wave; write_params() puts them where the stages read them.
+  // Parameters of the coming wave; write_params() puts them where the stages recorded after it read them.
   FrameParams& params() { return params_; }
-  void write_params(Device& device);
-  RayCounters counters(Device& device) const;
-  void reset_counters(Device& device);
+  void write_params(Commands& commands);
+  void reset_counters(Commands& commands);
+  // Records what brings the counters to the host; counters() is what the last flush brought.
+  void record_counters(Commands& commands);
+  RayCounters counters() const;
+  // How many paths `queue` lists: flushes `commands`.
+  std::uint32_t count(Commands& commands, const Queue& queue);
+  Pace pace;  // of devices that trace; kept between renders
   std::uint32_t layout_mask() const { return layout_mask_; }
 
   std::unique_ptr<Buffer> paths, rays, hits, shadow_rays, shadow_hits, shadow_surface_hits, shadows, surfaces, closures,
@@ -36,6 +42,12 @@ class Wave {
       surface_queues[HW_MAX_SHADING_CLASSES], shadow_queue, shadow_next, program_queue;
 
  private:
+  template <class T>
+  void bring(Commands& commands, const Buffer& from, std::size_t slot);
+  template <class T>
+  T brought(const Buffer& from, std::size_t slot) const;
+
+  std::unique_ptr<Buffer> readback_;  // mapped: what the host looks at of buffers that it can't see
   std::unique_ptr<Buffer> make(Device& device, std::size_t element, const char* label);
   std::uint32_t capacity_;
   std::uint32_t layout_mask_;  // passes the results were sized for

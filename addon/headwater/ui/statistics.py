@@ -11,7 +11,7 @@ from ..viewport import view as viewport
 from .panel import HeadwaterPanel
 
 STAGES = 12  # most lines of stages; the rest is summed up
-_TRACERS = {"embree": "Embree", "ray_query": "Vulkan Ray Query"}
+_TRACERS = {"embree": "Embree", "ray_query": "Vulkan Ray Query", "ray_pipeline": "Vulkan Ray Pipeline"}
 
 
 class HEADWATER_RENDER_PT_statistics(HeadwaterPanel, bpy.types.Panel):
