@@ -68,7 +68,7 @@ def core():
 def _any_ray_query():
     import headwater._core as module
 
-    return any(device["usable"] and device["ray_query"] for device in module.devices())
+    return any(d["usable"] and d["ray_query"] and d["ray_pipeline"] for d in module.devices())
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -76,7 +76,7 @@ def pytest_runtest_setup(item):
     """Skips (or fails) tests marked ray_query before any of their fixtures open a device."""
     if item.get_closest_marker("ray_query") is None or _any_ray_query():
         return
-    message = "no Vulkan device with ray query here"
+    message = "no Vulkan device with ray query and ray tracing pipelines here"
     pytest.fail(message) if REQUIRE_RAY_QUERY else pytest.skip(message)
 
 

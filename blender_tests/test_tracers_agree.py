@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`embree` and `ray_query` give the same picture: data passes to float tolerance, light within noise."""
+"""All Tracers give the same picture: data passes to float tolerance, light within noise."""
 
 import os
 from pathlib import Path
@@ -12,6 +12,7 @@ from bpy_process import run
 from headwater.tile_test import tile_test
 
 pytestmark = pytest.mark.ray_query
+DEVICE = ("ray_query", "ray_pipeline")
 EDGES = 0.004  # share of pixels whose centre lies so near an edge that rounding decides which surface is met
 
 
@@ -27,17 +28,18 @@ def test_core_scene(core, make_context, kind):
     if kind == "orthographic":
         scene.set_camera("orthographic", core_scenes.placed(z=4), (-2, 2, -2, 2))
     runs = {}
-    for tracer in ("embree", "ray_query"):
+    for tracer in ("embree", *DEVICE):
         context = make_context(tracer)
         runs[tracer] = [core_scenes.picture(core, context, scene, 48, seed=s, samples=8) for s in (1, 2, 3, 4, 5, 6)]
-    assert_passes_agree(runs["embree"][0], runs["ray_query"][0])
     light = {tracer: [p["Combined"][..., :3] for p in pictures] for tracer, pictures in runs.items()}
-    # The same seeds give the same paths, until rounding parts them: nearly all pixels are equal.
-    a, b = light["embree"][0], light["ray_query"][0]
-    assert (np.abs(a - b).max(-1) > 1e-3 * (1 + a.max(-1))).mean() < 0.05
-    # With other seeds for one of them, the expectation is tested.
-    assert tile_test(light["embree"][:3], light["ray_query"][3:], 4).p_family > 1e-3
-    assert tile_test([1.05 * x for x in light["embree"]], light["ray_query"], 4).p_family < 1e-3, "the test can fail"
+    for tracer in DEVICE:
+        assert_passes_agree(runs["embree"][0], runs[tracer][0])
+        # The same seeds give the same paths, until rounding parts them: nearly all pixels are equal.
+        a, b = light["embree"][0], light[tracer][0]
+        assert (np.abs(a - b).max(-1) > 1e-3 * (1 + a.max(-1))).mean() < 0.05
+        # With other seeds for one of them, the expectation is tested.
+        assert tile_test(light["embree"][:3], light[tracer][3:], 4).p_family > 1e-3
+        assert tile_test([1.05 * x for x in light["embree"]], light[tracer], 4).p_family < 1e-3, "the test can fail"
 
 
 def _files():
@@ -51,10 +53,10 @@ import engine_pictures as ep
 ep.passes(scene.view_layers[0], ("z", "position", "normal", "uv", "object_index", "mist"), False)
 import headwater.blender as hb
 pictures = dict()
-for tracer in ("embree", "ray_query"):
+for tracer in ("embree", {tracer!r}):
     {choose}
     pictures[tracer] = ep.picture("HEADWATER", tmp, 16)
-a, b = pictures["embree"], pictures["ray_query"]
+a, b = pictures["embree"], pictures[{tracer!r}]
 found = dict()
 for name in a:
     limit = 1e-3 if name == "Combined" else 5e-5
@@ -78,12 +80,15 @@ def check(facts):
     assert abs(facts["signed"]) < 0.01
 
 
-def test_blender_scene_with_every_material(tmp_path):
+@pytest.mark.parametrize("tracer", DEVICE)
+def test_blender_scene_with_every_material(tmp_path, tracer):
     fill = "import pass_scene; pass_scene.build(scene)"
-    check(run(BLEND.format(fill=fill, choose=CHOOSE), tmp_path, fake=False, timeout=300))
+    check(run(BLEND.format(fill=fill, choose=CHOOSE, tracer=tracer), tmp_path, fake=False, timeout=300))
 
 
 @pytest.mark.skipif(not _files(), reason="HEADWATER_TEST_SCENES names no folder with .blend files")
 @pytest.mark.parametrize("path", _files(), ids=lambda p: p.stem)
-def test_files(tmp_path, path):
-    check(run(BLEND.format(fill=OPEN.format(path=str(path)), choose=CHOOSE), tmp_path, fake=False, timeout=300))
+@pytest.mark.parametrize("tracer", DEVICE)
+def test_files(tmp_path, path, tracer):
+    code = BLEND.format(fill=OPEN.format(path=str(path)), choose=CHOOSE, tracer=tracer)
+    check(run(code, tmp_path, fake=False, timeout=300))

@@ -79,7 +79,8 @@ RenderLoop::RenderLoop(Context& context, Tracer& tracer, Tables& tables, Film& f
 void RenderLoop::choose_wave() {
   Device& device = *context_.device;
   const std::uint64_t pixels = std::uint64_t(film_.width()) * film_.height();
-  std::uint64_t capacity = device.shared_memory() ? kHostWave : kDeviceWave;
+  const bool small = device.shared_memory() || device.info().kind == "cpu";
+  std::uint64_t capacity = small ? kHostWave : kDeviceWave;
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
   const std::uint64_t fits =
       std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) / wave_bytes_per_path(film_.layout());

@@ -41,22 +41,29 @@ void Pace::recorded(std::uint32_t step, std::uint32_t paths) {
 }
 
 void Pace::submit(Commands& commands) {
-  const std::int64_t before = now();
+  const std::int64_t started = now();
   commands.flush();
   submitted_ = now();
-  const double seconds = 1e-9 * static_cast<double>(submitted_ - before);
-  double predicted = 0;
-  for (const Step& s : pending_) predicted += cost(s.step) * s.paths;
-  std::uint64_t paths = 0;
-  for (const Step& s : pending_) paths += s.paths;
-  // What was measured is shared out as it was foreseen. One slow submission, another process's fault, is half believed.
-  const double ratio = predicted > 0 ? std::clamp(seconds / predicted, 0.1, 10.0) : 0;
+  const double seconds = 1e-9 * static_cast<double>(submitted_ - started);
+  std::vector<double> foreseen;
+  double predicted = 0, paths = 0;
   for (const Step& s : pending_) {
-    const double foreseen = cost(s.step), measured = predicted > 0 ? foreseen * ratio : seconds / double(paths);
-    if (s.step < costs_.size())
-      costs_[s.step] = 0.5 * (foreseen + measured);
+    foreseen.push_back(cost(s.step));
+    predicted += foreseen.back() * s.paths;
+    paths += s.paths;
+  }
+  // What was measured is shared out as it was foreseen. A slow submission may be another process's fault, or a driver's
+  // that compiled first: it is half believed.
+  const double ratio = predicted > 0 ? seconds / predicted : 0;
+  for (std::size_t i = 0; i < pending_.size(); ++i) {
+    const double before = foreseen[i], measured = predicted > 0 ? before * ratio : seconds / paths;
+    const std::uint32_t step = pending_[i].step;
+    if (step < costs_.size() && measured >= before)
+      costs_[step] = 0.5 * (before + std::min(measured, 10 * before));
+    else if (step < costs_.size())
+      costs_[step] = measured;
     else
-      while (costs_.size() <= s.step) costs_.push_back(measured);
+      costs_.resize(step + 1, measured);
   }
   pending_.clear();
   predicted_ = 0;

@@ -44,7 +44,7 @@ void KernelCache::compile(const Key& key) {
   std::exception_ptr failure;
   try {
     kernel = std::make_unique<Kernel>(device_, key.first, key.second);
-    if (device_.shared_memory()) run_nothing(*kernel);
+    if (device_.info().kind == "cpu") run_nothing(*kernel);
   } catch (...) {
     failure = std::current_exception();
   }
