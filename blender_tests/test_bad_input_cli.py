@@ -123,6 +123,17 @@ def test_unknown_names_list_the_valid_ones(core, here, cube, tmp_path, options, 
     refused(here("render", cube, "-o", tmp_path / "x.exr", *options), *words, status=2)
 
 
+@pytest.mark.parametrize(
+    "tracer, extension", [("ray_query", "VK_KHR_ray_query"), ("ray_pipeline", "VK_KHR_ray_tracing_pipeline")]
+)
+def test_a_tracer_that_the_device_lacks(core, here, cube, tmp_path, monkeypatch, tracer, extension):
+    """The error and `headwater info` name what is missing: the extension, or what it is built on."""
+    monkeypatch.setenv("HEADWATER_HIDE_EXTENSION", extension)
+    refused(here("render", cube, "-o", tmp_path / "x.exr", "--tracer", tracer), tracer, extension, status=2)
+    said = headwater("info", HEADWATER_HIDE_EXTENSION=extension).stdout
+    assert any(f"no tracer {tracer}: " in line and extension in line for line in said.splitlines())
+
+
 def test_unwritable_outputs_are_found_before_rendering(cube, tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.exr").mkdir()

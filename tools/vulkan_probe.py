@@ -6,7 +6,7 @@ Used by ./dev before anything is built, to decide whether a driver is missing. S
 1.2 specification: VkInstanceCreateInfo, VkPhysicalDeviceProperties, VkExtensionProperties.
 
     python3 tools/vulkan_probe.py                 # a line of JSON for each device
-    python3 tools/vulkan_probe.py --ray-query     # only those with VK_KHR_ray_query
+    python3 tools/vulkan_probe.py --ray-query     # only those with VK_KHR_ray_query and _ray_tracing_pipeline
 Exit status: 0 when a device is listed, 1 when none is. A driver that crashes counts as none.
 """
 
@@ -48,7 +48,7 @@ class InstanceCreateInfo(ctypes.Structure):
 
 
 def devices():
-    """Vulkan 1.2 devices: list of dicts with name, kind, api ("1.3.2"), ray_query. Raises OSError or RuntimeError."""
+    """Vulkan 1.2 devices: list of dicts with name, kind, api ("1.3.2"), ray_query (and pipelines). Raises OSError or RuntimeError."""
     vk = ctypes.CDLL("libvulkan.so.1")
     app = ApplicationInfo(sType=0, apiVersion=API_1_2)
     info = InstanceCreateInfo(sType=1, pApplicationInfo=ctypes.pointer(app))
@@ -81,7 +81,9 @@ def devices():
                 "name": name,
                 "kind": KINDS[kind] if kind < len(KINDS) else "other",
                 "api": f"{api >> 22 & 0x7F}.{api >> 12 & 0x3FF}.{api & 0xFFF}",
-                "ray_query": b"VK_KHR_ray_query" in names and b"VK_KHR_acceleration_structure" in names,
+                "ray_query": {
+                    b"VK_KHR_acceleration_structure", b"VK_KHR_ray_query", b"VK_KHR_ray_tracing_pipeline"
+                } <= names,
             }
         )
     return found
@@ -89,7 +91,7 @@ def devices():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--ray-query", action="store_true", help="only devices with VK_KHR_ray_query")
+    parser.add_argument("--ray-query", action="store_true", help="only devices with ray queries and ray pipelines")
     parser.add_argument("--quiet", action="store_true", help="print nothing: the exit status answers")
     parser.add_argument("--in-process", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args()
