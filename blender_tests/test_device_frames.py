@@ -61,7 +61,7 @@ def test_the_same_bits_in_own_memory(core, make_context, own_memory, lamps_and_s
 
 @pytest.mark.parametrize("integrator", ["path", "restir", "wssr-grid"])
 def test_a_frame_is_a_submission(own_memory, core, lamps_and_sheets, integrator):
-    """Beside it: film emptied, root and lights' changes uploaded, picture fetched. A submission a pass would be many more."""
+    """Beside it: film emptied, root and lights' changes uploaded, picture fetched. Sixteen passes would be more."""
     session = core.Session(own_memory("ray_pipeline"), lamps_and_sheets)
     counts = []
     for frame in range(4):

@@ -48,7 +48,7 @@ class InstanceCreateInfo(ctypes.Structure):
 
 
 def devices():
-    """Vulkan 1.2 devices: list of dicts with name, kind, api ("1.3.2"), ray_query (and pipelines). Raises OSError or RuntimeError."""
+    """Vulkan 1.2 devices: dicts of name, kind, api ("1.3.2"), ray_query (and pipelines). OSError or RuntimeError."""
     vk = ctypes.CDLL("libvulkan.so.1")
     app = ApplicationInfo(sType=0, apiVersion=API_1_2)
     info = InstanceCreateInfo(sType=1, pApplicationInfo=ctypes.pointer(app))
@@ -81,9 +81,8 @@ def devices():
                 "name": name,
                 "kind": KINDS[kind] if kind < len(KINDS) else "other",
                 "api": f"{api >> 22 & 0x7F}.{api >> 12 & 0x3FF}.{api & 0xFFF}",
-                "ray_query": {
-                    b"VK_KHR_acceleration_structure", b"VK_KHR_ray_query", b"VK_KHR_ray_tracing_pipeline"
-                } <= names,
+                "ray_query": {b"VK_KHR_acceleration_structure", b"VK_KHR_ray_query", b"VK_KHR_ray_tracing_pipeline"}
+                <= names,
             }
         )
     return found

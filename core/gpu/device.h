@@ -29,7 +29,7 @@ struct DeviceInfo {
   std::string why_not;  // when not usable: what is missing, in a sentence
   bool ray_query = false;
   bool ray_pipeline = false;
-  bool ray_pipeline_indirect = false;                  // launches whose size the device decides
+  bool ray_pipeline_indirect = false;                   // launches whose size the device decides
   std::string ray_query_why_not, ray_pipeline_why_not;  // what is missing, in a sentence; empty where it is there
   bool int64_atomics = false;  // on 64-bit numbers in buffers: what world-space reservoirs are fed by
 };
@@ -102,8 +102,8 @@ class Kernel {
 };
 
 // The shaders of a ray tracing pipeline, by the names of their SPIR-V ("pipeline_any_rgen" for pipeline_any.rgen). Hit
-// group 0 is for opaque triangles, hit group 1 for boxes with the intersection shader; `closest_hit`, which may be empty,
-// is both groups'.
+// group 0 is for opaque triangles, hit group 1 for boxes with the intersection shader; `closest_hit`, which may be
+// empty, is both groups'.
 struct RayPipelineShaders {
   std::string_view generation, miss, closest_hit, intersection;
 };

@@ -12,15 +12,15 @@ namespace hw {
 
 namespace {
 
-// Steps recorded without asking the device whether paths are left. What is recorded in vain are dispatches of no groups:
-// they cost little beside a wait (docs/measurements/tracer.md). Most settings bound paths below it.
+// Steps recorded without asking the device whether paths are left. What is recorded in vain are dispatches of no
+// groups: they cost little beside a wait (docs/measurements/tracer.md). Most settings bound paths below it.
 constexpr std::uint32_t kBlindSteps = 32;
 // Rows of a host Tracer's queues that lie in the device's own memory are looked at this often: each look is a copy.
 constexpr std::uint32_t kHostStride = 8;
 
-// Steps after which every path has ended: a ray for each bounce, for the one past the last that only finds emission, for
-// each transparent surface or lamp on the way and for the one past their limit, and the camera's. 0: no bound (a path
-// counts its bounces up to 255).
+// Steps after which every path has ended: a ray for each bounce, for the one past the last that only finds emission,
+// for each transparent surface or lamp on the way and for the one past their limit, and the camera's. 0: no bound (a
+// path counts its bounces up to 255).
 std::uint32_t most_steps(const FrameParams& p) {
   const std::uint64_t steps = std::uint64_t(p.max_bounces) + p.max_transparent + 3;
   return p.max_bounces < 255 && steps < (1u << 30) ? static_cast<std::uint32_t>(steps) : 0;

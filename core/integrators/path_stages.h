@@ -42,9 +42,9 @@ class PathStages {
   void shade(Commands& commands, std::size_t shading_class);
   // Traces shadow rays and next rays, adds the light that arrived. False: cancelled.
   bool light(Commands& commands);
-  // Makes the next rays the current ones. False: no path is left (`step` counts calls of a wave from 0). A Tracer on the
-  // host is given a look at the queue after every step; on the device steps are recorded as far as paths can go, and
-  // the host looks only where it submits anyway.
+  // Makes the next rays the current ones. False: no path is left (`step` counts calls of a wave from 0). A Tracer on
+  // the host is given a look at the queue after every step; on the device steps are recorded as far as paths can go,
+  // and the host looks only where it submits anyway.
   bool advance(Commands& commands, int step);
 
   // The whole of a wave's paths, with `resample` run for each shading class between its surfaces and their shading.

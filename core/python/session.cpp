@@ -175,7 +175,8 @@ void bind_context(nb::module_& m) {
       .def(nb::new_(&new_context), "device"_a = "", "tracer"_a = "auto", "threads"_a = 0, "validation"_a = false,
            "device: empty for the best, a part of a device's name, its index, or \"gpu\", \"discrete\", "
            "\"integrated\",\n"
-           "    \"cpu\". tracer: \"auto\", \"embree\", \"ray_query\" or \"ray_pipeline\". threads: of the host, 0: all.\n"
+           "    \"cpu\". tracer: \"auto\", \"embree\", \"ray_query\" or \"ray_pipeline\". threads: of the host, 0: "
+           "all.\n"
            "validation: turn on Vulkan's validation layers.\n"
            "DeviceError when there is no such device, or it can't do what is needed; the message says why.")
       .def_prop_ro(

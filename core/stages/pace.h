@@ -29,7 +29,8 @@ class Pace {
   };
   double cost(std::uint32_t step) const;  // seconds a path; a guess for steps never run, 0 before any ran
 
-  std::vector<double> costs_;  // seconds a path of a wave, by step; what later steps add for paths that have ended is little
+  std::vector<double>
+      costs_;  // seconds a path of a wave, by step; what later steps add for paths that have ended is little
   std::vector<Step> pending_;
   double predicted_ = 0;  // seconds of pending_
   bool due_ = false;

@@ -84,9 +84,7 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   params_.counters = counters_buffer->address();
 }
 
-void Wave::write_params(Commands& commands) {
-  commands.update(*frame, 0, std::as_bytes(std::span(&params_, 1)));
-}
+void Wave::write_params(Commands& commands) { commands.update(*frame, 0, std::as_bytes(std::span(&params_, 1))); }
 
 // A struct at the start of `from` reaches the host with the flush that comes anyway, not by a submission of its own.
 template <class T>

@@ -371,7 +371,8 @@ TEST_CASE("ray_pipeline: without ray query, and without indirect launches") {
   const World world = random_world(random);
   const auto rays = random_rays(random, 1000, 2.5f);
   std::vector<Hit> expected;
-  for (const char* missing : {"", "VK_KHR_ray_query", "rayTracingPipelineTraceRaysIndirect", "VK_KHR_ray_tracing_pipeline"}) {
+  for (const char* missing :
+       {"", "VK_KHR_ray_query", "rayTracingPipelineTraceRaysIndirect", "VK_KHR_ray_tracing_pipeline"}) {
     CAPTURE(missing);
     setenv("HEADWATER_HIDE_EXTENSION", missing, 1);
     Device device({}, true);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays by ray tracing pipelines: one ray generation shader for nearest hits, one for any hit, over the queue of rays that
-// ray query takes too. Hit group 0 is triangles, hit group 1 lamps (device_tracer.cpp): shaders/stages/pipeline_*.
+// Rays by ray tracing pipelines: one ray generation shader for nearest hits, one for any hit, over the queue of rays
+// that ray query takes too. Hit group 0 is triangles, hit group 1 lamps (device_tracer.cpp): shaders/stages/pipeline_*.
 
 #include "trace/ray_pipeline_tracer.h"
 

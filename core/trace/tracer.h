@@ -68,12 +68,12 @@ class Tracer {
   std::function<void()> evict_owner;
 };
 
-// The kind that "auto" stands for: on a GPU ray_query, or ray_pipeline where only that is there (data-centre parts); else
-// embree.
+// The kind that "auto" stands for: on a GPU ray_query, or ray_pipeline where only that is there (data-centre parts);
+// else embree.
 const char* best_tracer(const DeviceInfo& info);
 
-// `kind`: "auto", "ray_query", "ray_pipeline" or "embree". `threads`: host threads, 0 = all. Throws DeviceError when the
-// device can't run the kind asked for, saying what is missing.
+// `kind`: "auto", "ray_query", "ray_pipeline" or "embree". `threads`: host threads, 0 = all. Throws DeviceError when
+// the device can't run the kind asked for, saying what is missing.
 std::unique_ptr<Tracer> make_tracer(Device& device, const std::string& kind, int threads);
 
 }  // namespace hw
