@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each leaf of the tree saw, for the host to grow and prune it by. One thread a leaf. a: how many, c: the first,
+// out_queue: LeafSurvey[a].
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define HW_CELLS_TREE
+#include "lib/record_cells.glsl"
+layout(local_size_x = 64) in;
+
+void main() {
+  uint leaf = push.c + gl_GlobalInvocationID.x;
+  if (leaf >= push.a) return;
+  RecordArray records = RecordArray(HW_REUSE.records);
+  LeafSurvey seen;
+  seen.position = vec3(0.0);
+  seen.witness = vec3(0.0);
+  seen.pass = 0u;
+  seen.load = 0u;
+  for (uint slot = 0u; slot < HW_REUSE.cell_slots; ++slot) {
+    uint cell = leaf * HW_REUSE.cell_slots + slot;
+    uint load = RaceArray(HW_REUSE.races).at[cell].load;
+    uint pass = records.at[cell].pass;
+    if (load == 0u || seen.load > 0u && pass < seen.pass) continue;
+    bool newer = seen.load == 0u || pass > seen.pass;
+    // Of several slots: the first's record and the last's witness lie apart more often than one slot's two.
+    if (newer) seen.position = records.at[cell].surface.position;
+    seen.witness = WitnessArray(HW_REUSE.witnesses).at[cell];
+    seen.load = newer ? load : seen.load + load;
+    seen.pass = pass;
+  }
+  SurveyArray(push.out_queue).at[leaf] = seen;
+}
