@@ -333,7 +333,7 @@ _GRID = _WORLD | {
 _RESTIR_UNBIASED = {
     "candidates": 32,
     "indirect_candidates": 8,
-    "temporal_reuse": True,
+    "temporal_reuse": False,
     "history": 20,
     "spatial_reuse": True,
     "neighbours": 5,
@@ -343,7 +343,7 @@ _RESTIR_UNBIASED = {
 _WORLD_UNBIASED = {
     "candidates": 8,
     "indirect_candidates": 4,
-    "temporal_reuse": True,
+    "temporal_reuse": False,
     "history": 20,
     "spatial_reuse": True,
     "neighbours": 3,

@@ -12,7 +12,7 @@ namespace hw {
 std::uint64_t reservoir_bytes(const std::string& integrator, const ReuseParams& p, std::uint32_t width,
                               std::uint32_t height) {
   constexpr std::uint64_t kCell = sizeof(ReuseCell) + 4;  // and its place in the list of touched cells
-  constexpr std::uint64_t kRecord = 2 * sizeof(ReuseRecord) + sizeof(RecordRace) + 4;
+  constexpr std::uint64_t kRecord = 2 * sizeof(ReuseRecord) + sizeof(RecordCell) + 4;
   const std::uint64_t pixels = std::uint64_t(width) * height;
   if (integrator.starts_with("restir")) return pixels * 2 * (sizeof(Reservoir) + sizeof(ReuseSurface));
   if (integrator == "wssr-kd") {

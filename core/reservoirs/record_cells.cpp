@@ -16,9 +16,9 @@ RecordCells::RecordCells(Device& device, std::uint64_t count, std::unique_ptr<Fo
   const auto make = [&](std::size_t bytes, const char* label) {
     return std::make_unique<Buffer>(device, bytes, BufferUse::device, label);
   };
-  records_ = make(count * sizeof(ReuseRecord), "reservoir cells");
-  next_ = make(count * sizeof(ReuseRecord), "reservoir cells of the pass");
-  races_ = make(count * sizeof(RecordRace), "reservoir races");
+  records_ = make(count * sizeof(ReuseRecord), "reservoir records");
+  next_ = make(count * sizeof(ReuseRecord), "reservoir records of the pass");
+  cells_ = make(count * sizeof(RecordCell), "reservoir cells");
   touched_ = std::make_unique<Queue>(device, count_, "touched cells");
   if (!tree_) return;
   witnesses_ = make(count * sizeof(vec3), "leaf witnesses");
@@ -42,7 +42,7 @@ std::unique_ptr<RecordCells> RecordCells::of_tree(Device& device, std::span<cons
 
 std::uint64_t RecordCells::bytes() const {
   std::uint64_t sum = touched_->buffer.bytes();
-  for (const auto* buffer : {&records_, &next_, &races_, &witnesses_, &nodes_, &order_})
+  for (const auto* buffer : {&records_, &next_, &cells_, &witnesses_, &nodes_, &order_})
     if (*buffer) sum += (*buffer)->bytes();
   return sum;
 }
@@ -50,7 +50,7 @@ std::uint64_t RecordCells::bytes() const {
 void RecordCells::fill(ReuseFrame& frame) const {
   frame.records = records_->address();
   frame.next_records = next_->address();
-  frame.races = races_->address();
+  frame.record_cells = cells_->address();
   frame.witnesses = witnesses_ ? witnesses_->address() : 0;
   frame.leaves = {nodes_ ? nodes_->address() : 0, order_ ? order_->address() : 0};
   frame.touched = touched_->address();

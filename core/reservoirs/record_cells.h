@@ -43,7 +43,7 @@ class RecordCells {
 
   std::uint32_t count_;
   std::unique_ptr<FollowingTreeHost> tree_;  // null: a grid
-  std::unique_ptr<Buffer> records_, next_, races_, witnesses_, nodes_, order_;
+  std::unique_ptr<Buffer> records_, next_, cells_, witnesses_, nodes_, order_;
   std::unique_ptr<Queue> touched_;
 };
 

@@ -45,6 +45,9 @@ std::vector<IntegratorInfo> make_table() {
     p.unbiased = true;
     p.weights = ReuseWeights::kMis;
     p.visibility_reuse = false;
+    // Longer memory makes one pass better and their mean worse: passes then resemble each other.
+    p.temporal_reuse = false;
+    p.history = 20;
     return p;
   };
   ReuseParams screen_defaults = unbiased(restir);
@@ -52,7 +55,6 @@ std::vector<IntegratorInfo> make_table() {
   ReuseParams kd_defaults = unbiased(kd);
   kd_defaults.candidates = 8;
   kd_defaults.indirect_candidates = 4;
-  kd_defaults.history = 20;
   kd_defaults.ascension = 6;
   kd_defaults.points_per_leaf = 4;
   ReuseParams grid_defaults = kd_defaults;

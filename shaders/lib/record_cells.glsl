@@ -8,8 +8,7 @@
 #include "following_tree.h"
 #include "world_grid.h"
 
-layout(buffer_reference, scalar, buffer_reference_align = 8) buffer RecordArray { ReuseRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) buffer RaceArray { RecordRace at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RecordCellArray { RecordCell at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer WitnessArray { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SurveyArray { LeafSurvey at[]; };
 
@@ -21,8 +20,8 @@ ReuseSurface record_surface(uint cell) {
 // Whether a cell has a record that may be read: not older than record_age passes, lest one stays for ever where paths
 // hardly come, and its noise with it.
 bool record_is_fresh(uint cell) {
-  RecordArray records = RecordArray(HW_REUSE.records);
-  return records.at[cell].surface.key != HW_NONE && HW_REUSE.pass - records.at[cell].pass <= HW_REUSE.record_age;
+  uint made = RecordCellArray(HW_REUSE.record_cells).at[cell].made;
+  return made != 0u && HW_REUSE.pass + 1u - made <= HW_REUSE.record_age;
 }
 
 // Decides whose record a cell keeps. A bijection of what tells the pass's paths apart, so that no two are alike.

@@ -65,30 +65,32 @@ HW_CHECK_OFFSET(ReuseCell, held, HW_REUSE_CELL_HELD)
 // p_hat is known wherever it is read.
 struct ReuseRecord {
   Reservoir held;
-  ReuseSurface surface;  // key HW_NONE: no record
-  uint pass;             // that it was made in
-  uint tag;              // as ReuseCell's
+  ReuseSurface surface;
 };
-HW_CONST uint HW_REUSE_RECORD_BYTES = 64u;
+HW_CONST uint HW_REUSE_RECORD_BYTES = 56u;
 HW_CHECK_SIZE(ReuseRecord, HW_REUSE_RECORD_BYTES)
 HW_CONST uint HW_REUSE_RECORD_SURFACE = 24u;
 HW_CHECK_OFFSET(ReuseRecord, surface, HW_REUSE_RECORD_SURFACE)
 
-// The race for a cell's record, in the pass under way: by keys that know nothing of the samples.
-struct RecordRace {
+// A cell but for its record: the race for it in the pass under way, by keys that know nothing of the samples, and what
+// is known of those before.
+struct RecordCell {
   uint best;     // least key so far
   uint worst;    // greatest
   uint offered;  // paths that came by in this pass
-  uint load;     // ... in the last pass in which any did
+  uint made;     // 1 + the pass the record was made in; 0: there is no record
+  uint seen;     // the last pass in which a path came by; before any did: in which the cell came to be
+  uint load;     // paths in that pass
+  uint tag;      // as ReuseCell's
 };
-HW_CHECK_SIZE(RecordRace, 16)
+HW_CHECK_SIZE(RecordCell, 28)
 
 // What a leaf saw in the last pass in which a path came by, for the tree to follow.
 struct LeafSurvey {
   vec3 position;  // of one of the surfaces [m]
-  uint pass;
-  vec3 witness;  // of another, where there was another
-  uint load;     // surfaces; 0: none ever
+  uint pass;      // before any: in which the leaf came to be
+  vec3 witness;   // of another, where there was another
+  uint load;      // surfaces; 0: none ever
 };
 HW_CHECK_SIZE(LeafSurvey, 32)
 
@@ -129,7 +131,7 @@ struct ReuseFrame {
   uint pad[2];
   uint64_t records;       // unbiased cells: ReuseRecord[cell_count], as the last pass left them
   uint64_t next_records;  // ... of the pass under way
-  uint64_t races;         // RecordRace[cell_count]
+  uint64_t record_cells;  // RecordCell[cell_count]
   uint64_t witnesses;     // vec3[cell_count], the tree's: positions of the surfaces whose keys are the greatest
   FollowingTree leaves;   // unbiased wssr-kd: cells are its leaves
 };

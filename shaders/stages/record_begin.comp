@@ -11,25 +11,21 @@ layout(local_size_x = 64) in;
 void main() {
   uint i = push.c + gl_GlobalInvocationID.x;
   if (i >= push.a) return;
-  RecordArray records = RecordArray(HW_REUSE.records);
+  RecordCellArray cells = RecordCellArray(HW_REUSE.record_cells);
   uint tag = 1u;
 #ifndef HW_CELLS_TREE
   tag = grid_tag(HW_REUSE.grid, grid_at(HW_REUSE.grid, i / HW_REUSE.cell_slots));
 #endif
-  bool keeps = push.b < 2u && records.at[i].tag == tag;
-  if (push.b == 0u && keeps) {
-    reservoir_store(record_address(i), 0u, reservoir_next_frame(record_sample(i)));
-  } else {
-    reservoir_store(record_address(i), 0u, reservoir_empty(0.0));
-    records.at[i].surface.key = HW_NONE;
-  }
-  if (!keeps) records.at[i].pass = HW_REUSE.pass;
-  records.at[i].tag = tag;
+  RecordCell cell = cells.at[i];
+  bool keeps = push.b < 2u && cell.tag == tag;
+  cell.made = keeps && push.b == 0u ? cell.made : 0u;
+  cell.seen = keeps ? cell.seen : HW_REUSE.pass;
+  cell.load = keeps ? cell.load : 0u;
+  cell.tag = tag;
   // A pass that was cancelled may have left a race.
-  RecordRace race;
-  race.best = HW_NONE;
-  race.worst = 0u;
-  race.offered = 0u;
-  race.load = keeps ? RaceArray(HW_REUSE.races).at[i].load : 0u;
-  RaceArray(HW_REUSE.races).at[i] = race;
+  cell.best = HW_NONE;
+  cell.worst = 0u;
+  cell.offered = 0u;
+  cells.at[i] = cell;
+  if (cell.made != 0u) reservoir_store(record_address(i), 0u, reservoir_next_frame(record_sample(i)));
 }

@@ -16,11 +16,11 @@ void main() {
   uint cell = surface.key == HW_NONE ? HW_NONE : record_cell(surface.position);
   UintBuffer(HW_REUSE.path_cells).at[path] = cell;
   if (cell == HW_NONE) return;
-  RaceArray races = RaceArray(HW_REUSE.races);
-  if (atomicAdd(races.at[cell].offered, 1u) == 0u) queue_push(HW_REUSE.touched, cell);
+  RecordCellArray cells = RecordCellArray(HW_REUSE.record_cells);
+  if (atomicAdd(cells.at[cell].offered, 1u) == 0u) queue_push(HW_REUSE.touched, cell);
   uint key = record_key(path_load(path));
-  atomicMin(races.at[cell].best, key);
+  atomicMin(cells.at[cell].best, key);
 #ifdef HW_CELLS_TREE
-  atomicMax(races.at[cell].worst, key);
+  atomicMax(cells.at[cell].worst, key);
 #endif
 }

@@ -10,23 +10,22 @@ layout(local_size_x = 64) in;
 void main() {
   uint leaf = push.c + gl_GlobalInvocationID.x;
   if (leaf >= push.a) return;
-  RecordArray records = RecordArray(HW_REUSE.records);
   LeafSurvey seen;
   seen.position = vec3(0.0);
   seen.witness = vec3(0.0);
   seen.pass = 0u;
   seen.load = 0u;
   for (uint slot = 0u; slot < HW_REUSE.cell_slots; ++slot) {
-    uint cell = leaf * HW_REUSE.cell_slots + slot;
-    uint load = RaceArray(HW_REUSE.races).at[cell].load;
-    uint pass = records.at[cell].pass;
-    if (load == 0u || seen.load > 0u && pass < seen.pass) continue;
-    bool newer = seen.load == 0u || pass > seen.pass;
+    uint i = leaf * HW_REUSE.cell_slots + slot;
+    RecordCell cell = RecordCellArray(HW_REUSE.record_cells).at[i];
+    bool newer = slot == 0u || cell.seen > seen.pass;
+    if (cell.seen < seen.pass) continue;
+    seen.pass = cell.seen;
+    seen.load = newer ? cell.load : seen.load + cell.load;
+    if (cell.load == 0u) continue;
     // Of several slots: the first's record and the last's witness lie apart more often than one slot's two.
-    if (newer) seen.position = records.at[cell].surface.position;
-    seen.witness = WitnessArray(HW_REUSE.witnesses).at[cell];
-    seen.load = newer ? load : seen.load + load;
-    seen.pass = pass;
+    if (newer) seen.position = record_surface(i).position;
+    seen.witness = WitnessArray(HW_REUSE.witnesses).at[i];
   }
   SurveyArray(push.out_queue).at[leaf] = seen;
 }

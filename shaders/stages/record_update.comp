@@ -6,20 +6,20 @@
 #include "lib/record_cells.glsl"
 layout(local_size_x = 64) in;
 
-void update(uint cell) {
-  RecordArray records = RecordArray(HW_REUSE.records);
-  RaceArray races = RaceArray(HW_REUSE.races);
-  uint64_t next = HW_REUSE.next_records + uint64_t(cell) * HW_REUSE_RECORD_BYTES;
-  reservoir_store(record_address(cell), 0u, reservoir_load(next, 0u));
-  reuse_surface_store(record_address(cell) + HW_REUSE_RECORD_SURFACE, 0u,
+void update(uint i) {
+  RecordCellArray cells = RecordCellArray(HW_REUSE.record_cells);
+  uint64_t next = HW_REUSE.next_records + uint64_t(i) * HW_REUSE_RECORD_BYTES;
+  reservoir_store(record_address(i), 0u, reservoir_load(next, 0u));
+  reuse_surface_store(record_address(i) + HW_REUSE_RECORD_SURFACE, 0u,
                       reuse_surface_load(next + HW_REUSE_RECORD_SURFACE, 0u));
-  records.at[cell].pass = HW_REUSE.pass;
-  RecordRace race;
-  race.best = HW_NONE;
-  race.worst = 0u;
-  race.offered = 0u;
-  race.load = races.at[cell].offered;
-  races.at[cell] = race;
+  RecordCell cell = cells.at[i];
+  cell.made = HW_REUSE.pass + 1u;
+  cell.seen = HW_REUSE.pass;
+  cell.load = cell.offered;
+  cell.best = HW_NONE;
+  cell.worst = 0u;
+  cell.offered = 0u;
+  cells.at[i] = cell;
 }
 
 void main() {

@@ -13,7 +13,7 @@ void main() {
   uint path = queue.path[gl_GlobalInvocationID.x];
   uint cell = UintBuffer(HW_REUSE.path_cells).at[path];
   if (cell == HW_NONE) return;
-  RecordRace race = RaceArray(HW_REUSE.races).at[cell];
+  RecordCell race = RecordCellArray(HW_REUSE.record_cells).at[cell];
   uint key = record_key(path_load(path));
   ReuseSurface surface = reuse_surface_load(HW_REUSE.targets, path);
 #ifdef HW_CELLS_TREE
