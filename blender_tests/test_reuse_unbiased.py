@@ -72,10 +72,8 @@ def test_same_light_however_it_is_weighed(core, session, truths, integrator, set
 
 
 def test_the_papers_estimator_is_seen(core, session, truths):
-    for integrator in ("restir", "wssr-kd"):
-        runs = rs.renders(core, session, range(40), integrator, samples=6)
-        with pytest.raises(AssertionError):
-            assert_same_light(runs, truths[0], 100)
+    runs = rs.renders(core, session, range(64), "restir", samples=8)
+    assert tile_test(runs, truths[0], 6).p_family < 1e-3
 
 
 @pytest.mark.parametrize("integrator", ["restir", "wssr-kd", "wssr-grid"])
@@ -225,7 +223,7 @@ def lights_of_no_and_negative_power(core):
 @pytest.mark.parametrize(
     "make, percent",
     [
-        (lights_in_one_cell, 10),
+        (lights_in_one_cell, 15),
         (lights_below_a_pixel, 25),
         (light_that_covers_everything, 8),
         (lights_of_no_and_negative_power, 10),

@@ -341,15 +341,15 @@ _RESTIR_UNBIASED = {
     "mis_weights": "pairwise",
 }
 _WORLD_UNBIASED = {
-    "candidates": 8,
-    "indirect_candidates": 4,
+    "candidates": 32,
+    "indirect_candidates": 8,
     "temporal_reuse": False,
     "history": 20,
     "spatial_reuse": True,
-    "neighbours": 3,
+    "neighbours": 5,
 }
 _GRID_UNBIASED = _WORLD_UNBIASED | {
-    "grid_radius": 2,
+    "grid_radius": 1,
     "mis_weights": "pairwise",
     "grid_resolution": 100,
     "grid_extent": 50.0,
@@ -387,7 +387,7 @@ INTEGRATORS = {
             "it biased, with visible cells.",
             _WORLD | {"ascension": 10, "empty_cells": "canonical", "points_per_leaf": 1, "reservoirs_per_cell": 1},
             _WORLD_UNBIASED
-            | {"ascension": 6, "mis_weights": "pairwise", "points_per_leaf": 4, "reservoirs_per_cell": 1},
+            | {"ascension": 4, "mis_weights": "pairwise", "points_per_leaf": 4, "reservoirs_per_cell": 1},
         ),
         Integrator(
             "wssr-grid",

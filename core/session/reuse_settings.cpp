@@ -53,12 +53,13 @@ std::vector<IntegratorInfo> make_table() {
   ReuseParams screen_defaults = unbiased(restir);
   ReuseParams reproject_defaults = unbiased(reproject);
   ReuseParams kd_defaults = unbiased(kd);
-  kd_defaults.candidates = 8;
-  kd_defaults.indirect_candidates = 4;
-  kd_defaults.ascension = 6;
+  kd_defaults.candidates = 32;
+  kd_defaults.indirect_candidates = 8;
+  kd_defaults.neighbours = 5;
+  kd_defaults.ascension = 4;
   kd_defaults.points_per_leaf = 4;
   ReuseParams grid_defaults = kd_defaults;
-  grid_defaults.grid_radius = 2;
+  grid_defaults.grid_radius = 1;
   return {
       {"path", "Path Tracing", "One light sample and one bounce at each surface. Unbiased; the reference.", {}, {}},
       {"restir", "ReSTIR",
