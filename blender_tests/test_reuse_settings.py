@@ -193,7 +193,10 @@ def test_nothing_is_sent_that_was_not_asked_for(scene, fake, tmp_path):
         (("--integrator", "restir", "--estimator", "magic"), ("magic", "restir", "paper")),
         (("--estimator", "magic"), ("magic", "paper")),
         (("--candidates", "8"), ("path", "candidates")),
-        (("--integrator", "restir", "--estimator", "unbiased", "--reuse-weights", "1/M"), ("reuse_weights", "unbiased")),
+        (
+            ("--integrator", "restir", "--estimator", "unbiased", "--reuse-weights", "1/M"),
+            ("reuse_weights", "unbiased"),
+        ),
         (("--integrator", "restir", "--mis-weights", "pairwise"), ("mis_weights", "paper")),
         (("--integrator", "wssr-kd", "--estimator", "unbiased", "--history", "0"), ("history", "1 to 1000")),
         (("--integrator", "wssr-grid", "--estimator", "unbiased", "--cell-inputs", "9"), ("cell_inputs", "unbiased")),

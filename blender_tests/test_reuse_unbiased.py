@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator `unbiased` of the reservoir integrators: the light of `path`, at every bounce and on every Tracer; error
-that falls as that of independent samples; the same bits in any order; lights and scenes at their limits.
+"""The estimator `unbiased` of the reservoir integrators: the light of `path`, at every bounce and on every Tracer; an
+error that falls as that of independent samples; the same bits in any order; lights and scenes at their limits.
 
 Biased pictures with little noise pass tests of means on few seeds: the tests ask for the precision they claim, and
 test_the_papers_estimator_is_seen shows that they would see a bias."""

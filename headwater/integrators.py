@@ -37,7 +37,7 @@ class Parameter:
 
 @dataclass(frozen=True, kw_only=True)
 class Whole(Parameter):
-    """A whole number. `soft_most`: where sliders end; `unbiased`: least and most where unbiased estimators take fewer."""
+    """A whole number. `soft_most`: where sliders end; `unbiased`: least and most where unbiased estimators differ."""
 
     least: int
     most: int
@@ -383,8 +383,8 @@ INTEGRATORS = {
         Integrator(
             "wssr-kd",
             "World-Space k-d Tree",
-            "Keeps light samples in the leaves of a tree over the picture's surfaces, for every bounce. As the paper has "
-            "it biased, with visible cells.",
+            "Keeps light samples in the leaves of a tree over the picture's surfaces, for every bounce. As the paper "
+            "has it biased, with visible cells.",
             _WORLD | {"ascension": 10, "empty_cells": "canonical", "points_per_leaf": 1, "reservoirs_per_cell": 1},
             _WORLD_UNBIASED
             | {"ascension": 4, "mis_weights": "pairwise", "points_per_leaf": 4, "reservoirs_per_cell": 1},

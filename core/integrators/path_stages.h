@@ -18,8 +18,8 @@ enum class RayKind : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kT
 // merging hands their number on from pixel to pixel: they fade over dozens of passes, so that they are dropped.
 bool keeps_history(const IntegratorContext& context, const std::string& kind);
 
-// The same for unbiased estimators: their MIS weights ask what could have been sampled when a sample was made, which only
-// lights that are as they were can tell.
+// The same for unbiased estimators: their MIS weights ask what could have been sampled when a sample was made, which
+// only lights that are as they were can tell.
 bool keeps_valid_history(const IntegratorContext& context, const std::string& kind);
 
 // Merging by each kind of weights is a kernel of its own: drivers that run both sides of a branch pay for all of it.

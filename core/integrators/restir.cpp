@@ -15,14 +15,13 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
       buffers_(context.device, context.wave.capacity(), context.light_count, false),
       candidates_(context.kernels.get("light_candidates", context.constants)),
       reuse_(context.kernels.get(params_.unbiased ? "screen_merge" : "screen_reuse",
-                                  with_weights(context.constants, params_.weights))) {}
+                                 with_weights(context.constants, params_.weights))) {}
 
 void RestirIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
   const auto& region = context_.settings.region;
-  const std::string kind =
-      context_.settings.integrator + " " + std::to_string(region[0]) + " " + std::to_string(region[1]) +
-      (params_.unbiased ? " unbiased" : "");
+  const std::string kind = context_.settings.integrator + " " + std::to_string(region[0]) + " " +
+                           std::to_string(region[1]) + (params_.unbiased ? " unbiased" : "");
   const bool keeps = params_.unbiased ? keeps_valid_history(context_, kind) : keeps_history(context_, kind);
   if (!keeps || !store.screen || !store.screen->fits(context_.width, context_.height)) {
     store.clear();

@@ -96,9 +96,7 @@ bool FollowingTreeHost::outgrown(std::span<const LeafSurvey> seen, const Rules& 
 
 // Children first, so that a place that is left goes at once, up to where something is still seen.
 bool FollowingTreeHost::prune(std::span<const LeafSurvey> seen, const Rules& rules) {
-  const auto stale = [&](const FollowingNode& n) {
-    return rules.pass - seen[n.link].pass >= rules.stale_passes;
-  };
+  const auto stale = [&](const FollowingNode& n) { return rules.pass - seen[n.link].pass >= rules.stale_passes; };
   std::uint32_t gone = 0;
   std::vector<std::pair<std::uint32_t, bool>> stack{{0, false}};
   while (!stack.empty() && gone < rules.budget) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A k-d tree over surface points that follows a changing scene: crowded leaves are divided, leaves that no path comes by
-// any more are taken back. SivaramWSSR, section 4.1, has a static tree and leaves insertion and removal open.
+// A k-d tree over surface points that follows a changing scene: crowded leaves are divided, leaves that no path comes
+// by any more are taken back. SivaramWSSR, section 4.1, has a static tree and leaves insertion and removal open.
 //
 // Leaves are slots, of which there is a fixed number: a slot keeps its memory on the device whatever becomes of the
 // tree around it. After each change the leaves are ranked from left to right again.
@@ -33,8 +33,8 @@ class FollowingTreeHost {
   // `seen` alone. O(leaves) time.
   bool follow(std::span<const LeafSurvey> seen, const Rules& rules);
 
-  // Whether most surfaces of the last pass fell in leaves so crowded that the tree would take many calls to catch up, as
-  // after a cut to another place: it should be built anew.
+  // Whether most surfaces of the last pass fell in leaves so crowded that the tree would take many calls to catch up,
+  // as after a cut to another place: it should be built anew.
   static bool outgrown(std::span<const LeafSurvey> seen, const Rules& rules);
 
   const std::vector<FollowingNode>& nodes() const { return nodes_; }

@@ -36,8 +36,8 @@ std::vector<IntegratorInfo> make_table() {
                        "temporal_reuse", "spatial_reuse",       "history",    "empty_cells"};
   const Names grids = joined(world, {"grid_radius", "grid_resolution", "grid_extent", "cell_inputs", "grid_follow"});
   // Unbiased estimators: records are weighed by surfaces, so that they need neither inputs nor what lights empty cells.
-  const Names shared = {"candidates",    "indirect_candidates", "neighbours", "temporal_reuse",
-                        "spatial_reuse", "history",             "mis_weights"};
+  const Names shared = {"candidates", "indirect_candidates", "neighbours", "temporal_reuse", "spatial_reuse",
+                        "history",    "mis_weights"};
   const Names screen_unbiased = joined(shared, {"reuse_radius"});
   const Names world_unbiased = joined(shared, {"reservoirs_per_cell"});
   const Names grid_unbiased = joined(world_unbiased, {"grid_radius", "grid_resolution", "grid_extent"});
@@ -75,7 +75,8 @@ std::vector<IntegratorInfo> make_table() {
        joined(world, {"ascension", "points_per_leaf"}), kd, joined(world_unbiased, {"ascension", "points_per_leaf"}),
        kd_defaults},
       {"wssr-grid", "World-Space Grid",
-       "Keeps light samples in a grid about the camera, for every bounce; no reuse beyond the grid. As the paper has it "
+       "Keeps light samples in a grid about the camera, for every bounce; no reuse beyond the grid. As the paper has "
+       "it "
        "biased.",
        grids, grid, grid_unbiased, grid_defaults},
       {"wssr-grid-reproject", "World-Space Grid + Reprojection",

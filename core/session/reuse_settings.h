@@ -11,8 +11,8 @@
 namespace hw {
 
 struct ReuseSettings {
-  std::string estimator = "paper";  // "unbiased": MIS weights alone, with a canonical sample at every surface
-  std::optional<std::uint32_t> candidates;           // M: light candidates at the first surface
+  std::string estimator = "paper";          // "unbiased": MIS weights alone, with a canonical sample at every surface
+  std::optional<std::uint32_t> candidates;  // M: light candidates at the first surface
   std::optional<std::uint32_t> indirect_candidates;  // at later surfaces
   std::optional<std::uint32_t> neighbours;           // k
   std::optional<float> reuse_radius;             // restir: of spatial neighbours, share of the picture's smaller side

@@ -37,8 +37,9 @@ HW_FN uint kd_leaf(KdTree t, vec3 P) {
   return i - (t.leaf_count - 1u);
 }
 
-// Draw i of k (i < k < 256) of the numbers below `count` but `own`. The draws of one u in [0, 1) differ as long as there
-// are k others, lie spread over them, and each is among them with the same probability. HW_NONE: there is no other.
+// Draw i of k (i < k < 256) of the numbers below `count` but `own`. The draws of one u in [0, 1) differ as long as
+// there are k others, lie spread over them, and each is among them with the same probability. HW_NONE: there is no
+// other.
 HW_FN uint kd_draw_other(uint own, uint count, uint i, uint k, float u) {
   if (count < 2u) {
     return HW_NONE;
