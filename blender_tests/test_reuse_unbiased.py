@@ -225,7 +225,7 @@ def lights_of_no_and_negative_power(core):
     [
         (lights_in_one_cell, 15),
         (lights_below_a_pixel, 25),
-        (light_that_covers_everything, 8),
+        (light_that_covers_everything, 15),
         (lights_of_no_and_negative_power, 10),
     ],
 )
