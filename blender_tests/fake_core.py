@@ -259,13 +259,14 @@ def _refuse_reuse(settings):
     integrator = INTEGRATORS.get(settings["integrator"])
     if integrator is None:
         raise ValueError(f"no integrator '{settings['integrator']}'; there are {', '.join(INTEGRATORS)}")
-    if settings.get("estimator", "paper") != "paper":
-        raise ValueError(f"no estimator '{settings['estimator']}'; there is paper")
+    estimator = settings.get("estimator", "paper")
+    if estimator not in ("paper", "unbiased"):
+        raise ValueError(f"no estimator '{estimator}'; there are paper, unbiased")
     for name, parameter in PARAMETERS.items():
         value = settings.get(name)
         if value is None:
             continue
-        if name not in integrator.defaults:
+        if name not in integrator.parameters(estimator):
             raise ValueError(f"integrator '{integrator.name}' has no parameter '{name}'")
         if isinstance(parameter, (Whole, Number)) and not parameter.least <= value <= parameter.most:
             raise ValueError(f"{name} must be from {parameter.least} to {parameter.most}, not {value}")
@@ -279,7 +280,13 @@ def integrators():
 
 def integrator_table():
     return [
-        dict(name=each.name, label=each.label, description=each.description, parameters=dict(each.defaults))
+        dict(
+            name=each.name,
+            label=each.label,
+            description=each.description,
+            parameters=dict(each.defaults),
+            unbiased_parameters=dict(each.unbiased),
+        )
         for each in INTEGRATORS.values()
     ]
 

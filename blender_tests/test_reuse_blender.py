@@ -30,11 +30,12 @@ def build():
 
 def expected(integrator, **changed):
     """What Blender sends for an integrator whose properties were left as they are, but for `changed`."""
+    estimator = changed.get("estimator", "paper")
     values = {
         name: None if isinstance(PARAMETERS[name], Switch) and PARAMETERS[name].automatic else value
-        for name, value in INTEGRATORS[integrator].defaults.items()
+        for name, value in INTEGRATORS[integrator].parameters(estimator).items()
     }
-    return {"integrator": integrator, "estimator": "paper"} | values | changed
+    return {"integrator": integrator, "estimator": estimator} | values | changed
 
 
 def sent(facts, *integrators):
@@ -51,7 +52,9 @@ def test_properties_become_settings(tmp_path):
         + """
 shown = {}
 for name in INTEGRATORS:
-    own.integrator = name
+    own.integrator, own.estimator = name, "unbiased"
+    shown[name + " unbiased"] = build()
+    own.estimator = "paper"
     shown[name] = build()
 own.integrator = "restir"
 own.restir.candidates, own.restir.reuse_radius, own.restir.temporal_reuse = 7, 0.25, False
@@ -68,6 +71,7 @@ show(**shown)
         tmp_path,
     )
     sent(facts, *((name, expected(name)) for name in INTEGRATORS))
+    sent(facts, *((f"{name} unbiased", expected(name, estimator="unbiased")) for name in INTEGRATORS))
     changes = {"candidates": 7, "reuse_radius": 0.25, "temporal_reuse": False, "reuse_weights": "mis"}
     sent(facts, ("changed", expected("restir", visibility_reuse=True, **changes)))
     sent(facts, ("other", expected("restir-reproject")))
@@ -125,7 +129,8 @@ polls, drawn = {}, {}
 for name in INTEGRATORS:
     own.integrator = name
     polls[name] = panel.poll(Context)
-    if polls[name]: drawn[name] = draw()
+    for own.estimator in ("unbiased", "paper"):
+        if polls[name]: drawn[name + " " + own.estimator] = draw()
 own.integrator, own.restir.spatial_reuse = "restir", False
 off = draw()
 scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 4096, 2048, 50
@@ -147,7 +152,10 @@ show(polls=polls, drawn=drawn, off=off, large=large, refused=refused, without=dr
     assert facts["polls"] == {name: name != "path" for name in INTEGRATORS}
     for name, drawn in facts["drawn"].items():
         *properties, memory = drawn
-        assert [(prop, active) for _, prop, active in properties] == [(p, True) for p in INTEGRATORS[name].defaults]
+        integrator, estimator = name.split()
+        read = INTEGRATORS[integrator].parameters(estimator)
+        needs = {p: PARAMETERS[p].needs for p in read}
+        assert [(prop, on) for _, prop, on in properties] == [(p, not needs[p] or read[needs[p]]) for p in read]
         assert memory == "Memory: 0.0 MiB at 32 × 24"
     inactive = {prop for _, prop, active in facts["off"][:-1] if not active}
     assert inactive == {"neighbours", "reuse_radius"}
@@ -188,10 +196,12 @@ def test_every_property_says_its_effect(tmp_path):
         from headwater.integrators import INTEGRATORS
         found = {}
         for each in INTEGRATORS.values():
-            for name in each.defaults:
-                prop = getattr(scene.headwater, each.group).bl_rna.properties[name]
-                items = [(i.name, i.description) for i in prop.enum_items] if prop.type == "ENUM" else []
-                found[f"{each.group}.{name}"] = [prop.name, prop.description, items]
+            for estimator in ("paper", "unbiased"):
+                group = each.group(estimator)
+                for name in each.parameters(estimator):
+                    prop = getattr(scene.headwater, group).bl_rna.properties[name]
+                    items = [(i.name, i.description) for i in prop.enum_items] if prop.type == "ENUM" else []
+                    found[f"{group}.{name}"] = [prop.name, prop.description, items]
         chooser = scene.headwater.bl_rna.properties["integrator"].enum_items
         show(found=found, integrators=[[i.identifier, i.name, i.description] for i in chooser],
              unit=scene.headwater.wssr_grid.bl_rna.properties["grid_extent"].unit)
@@ -228,12 +238,19 @@ show(
     range=answer(reuse={"candidates": 0}),
     unread=answer(integrator="path", reuse={"candidates": 2}),
     estimator=answer(integrator="restir", estimator="magic"),
+    unbiased=answer(integrator="wssr-kd", estimator="unbiased", reuse={"ascension": 3, "mis_weights": "balance"}),
+    stays=answer(reuse={"history": 9}),  # the file's estimator is unbiased now, and decides who reads what
+    paper=answer(reuse={"empty_cells": "black"}),
 )
 """,
         tmp_path,
     )
     sent(facts, ("own", expected("wssr-kd", ascension=4, neighbours=6, temporal_reuse=False)))
     sent(facts, ("other", expected("restir", visibility_reuse=False, reuse_weights="1/Z")))
-    for name, word in (("range", "candidates"), ("unread", "candidates"), ("estimator", "magic")):
+    unbiased = {"estimator": "unbiased", "ascension": 3, "mis_weights": "balance"}
+    sent(facts, ("unbiased", expected("wssr-kd", **unbiased)))
+    sent(facts, ("stays", expected("wssr-kd", history=9, **unbiased)))
+    refused = (("range", "candidates"), ("unread", "candidates"), ("estimator", "magic"), ("paper", "empty_cells"))
+    for name, word in refused:
         status, text = facts[name]
         assert status == 2 and word in text

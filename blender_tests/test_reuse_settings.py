@@ -60,43 +60,61 @@ def test_integrators_are_the_cores(core):
     assert list(theirs) == list(INTEGRATORS) == core.integrators()
     for name, ours in INTEGRATORS.items():
         assert (ours.label, ours.description) == (theirs[name]["label"], theirs[name]["description"])
-        defaults = {key: float32(value) for key, value in theirs[name]["parameters"].items()}
-        assert defaults == {key: float32(value) for key, value in ours.defaults.items()}, name
-    assert set(PARAMETERS) == {key for each in theirs.values() for key in each["parameters"]}
+        for key, values in (("parameters", ours.defaults), ("unbiased_parameters", ours.unbiased)):
+            defaults = {parameter: float32(value) for parameter, value in theirs[name][key].items()}
+            assert defaults == {parameter: float32(value) for parameter, value in values.items()}, (name, key)
+    assert set(PARAMETERS) == {
+        key for each in theirs.values() for key in (*each["parameters"], *each["unbiased_parameters"])
+    }
 
 
-def test_a_parameter_is_taken_by_its_readers_only(core):
+def a_reader(name):
+    """(estimator, integrator) that reads the parameter."""
+    return next((estimator, readers(name, estimator)[0]) for estimator, _, _ in ESTIMATORS if readers(name, estimator))
+
+
+@pytest.mark.parametrize("estimator", [name for name, _, _ in ESTIMATORS])
+def test_a_parameter_is_taken_by_its_readers_only(core, estimator):
     for integrator in INTEGRATORS.values():
         for name in PARAMETERS:
-            value = readers(name)[0].defaults[name]
-            if name in integrator.defaults:
-                core.reservoir_bytes(settings_of(integrator.name, **{name: value}))
+            by, reader = a_reader(name)
+            value = integrator.parameters(estimator).get(name, reader.parameters(by)[name])
+            settings = settings_of(integrator.name, estimator=estimator, **{name: value})
+            if name in integrator.parameters(estimator):
+                core.reservoir_bytes(settings)
             else:
                 with pytest.raises(ValueError, match=f"'{integrator.name}' has no parameter '{name}'"):
-                    core.reservoir_bytes(settings_of(integrator.name, **{name: value}))
+                    core.reservoir_bytes(settings)
 
 
+@pytest.mark.parametrize("estimator", [name for name, _, _ in ESTIMATORS])
 @pytest.mark.parametrize("name", [name for name, each in PARAMETERS.items() if isinstance(each, (Whole, Number))])
-def test_ranges_are_the_cores(core, name):
-    parameter, integrator = PARAMETERS[name], readers(name)[0].name
+def test_ranges_are_the_cores(core, name, estimator):
+    parameter = PARAMETERS[name]
+    if not readers(name, estimator):
+        pytest.skip(f"no integrator reads {name} with {estimator}")
+    integrator = readers(name, estimator)[0].name
     assert parameter.least <= parameter.soft_most <= parameter.most
     if isinstance(parameter, Whole):
-        beyond = parameter.least - 1, parameter.most + 1
+        least, most = parameter.range(estimator)
+        beyond = least - 1, most + 1
     else:
-        beyond = (float(np.nextafter(np.float32(parameter.least), np.float32(-1))),
-                  float(np.nextafter(np.float32(parameter.most), np.float32(np.inf))))  # fmt: skip
-    for value in (parameter.least, parameter.most):
-        core.reservoir_bytes(settings_of(integrator, **{name: value}))
+        least, most = parameter.least, parameter.most
+        beyond = (float(np.nextafter(np.float32(least), np.float32(-1))),
+                  float(np.nextafter(np.float32(most), np.float32(np.inf))))  # fmt: skip
+    for value in (least, most):
+        core.reservoir_bytes(settings_of(integrator, estimator=estimator, **{name: value}))
     for value in beyond:
         with pytest.raises(ValueError, match=name):
-            core.reservoir_bytes(settings_of(integrator, **{name: value}))
+            core.reservoir_bytes(settings_of(integrator, estimator=estimator, **{name: value}))
 
 
 def test_choices_and_estimators_are_the_cores(core):
     for name, parameter in PARAMETERS.items():
         if isinstance(parameter, Choice):
             with pytest.raises(ValueError, match="choices are ") as caught:
-                core.reservoir_bytes(settings_of(readers(name)[0].name, **{name: "magic"}))
+                estimator, integrator = a_reader(name)
+                core.reservoir_bytes(settings_of(integrator.name, estimator=estimator, **{name: "magic"}))
             listed = str(caught.value).rpartition("choices are ")[2]
             assert listed == ", ".join(value for value, _, _ in parameter.choices)
     with pytest.raises(ValueError, match="estimators are ") as caught:
@@ -151,15 +169,16 @@ def test_options_reach_the_core_and_others_stay_away(scene, fake, tmp_path):
     assert {name: settings[name] for name in PARAMETERS if name in settings} == expected
 
 
-def test_every_parameter_has_an_option_that_takes_its_default(scene, fake, tmp_path):
+@pytest.mark.parametrize("estimator", [name for name, _, _ in ESTIMATORS])
+def test_every_parameter_has_an_option_that_takes_its_default(scene, fake, tmp_path, estimator):
     for integrator in INTEGRATORS.values():
         words = {True: "on", False: "off"}
-        given = []
-        for name, value in integrator.defaults.items():
+        given = ["--estimator", estimator]
+        for name, value in integrator.parameters(estimator).items():
             given += [PARAMETERS[name].flag, words[value] if isinstance(value, bool) else value]
         assert render(scene, "-o", tmp_path / "x.exr", "--integrator", integrator.name, *given) == 0
         settings = fake_core.sessions[-1].settings[-1]
-        assert {name: settings[name] for name in PARAMETERS if name in settings} == integrator.defaults
+        assert {name: settings[name] for name in PARAMETERS if name in settings} == integrator.parameters(estimator)
 
 
 def test_nothing_is_sent_that_was_not_asked_for(scene, fake, tmp_path):
@@ -174,6 +193,13 @@ def test_nothing_is_sent_that_was_not_asked_for(scene, fake, tmp_path):
         (("--integrator", "restir", "--estimator", "magic"), ("magic", "restir", "paper")),
         (("--estimator", "magic"), ("magic", "paper")),
         (("--candidates", "8"), ("path", "candidates")),
+        (
+            ("--integrator", "restir", "--estimator", "unbiased", "--reuse-weights", "1/M"),
+            ("reuse_weights", "unbiased"),
+        ),
+        (("--integrator", "restir", "--mis-weights", "pairwise"), ("mis_weights", "paper")),
+        (("--integrator", "wssr-kd", "--estimator", "unbiased", "--history", "0"), ("history", "1 to 1000")),
+        (("--integrator", "wssr-grid", "--estimator", "unbiased", "--cell-inputs", "9"), ("cell_inputs", "unbiased")),
         (("--integrator", "restir", "--candidates", "0"), ("candidates", "1 to 1024", "0")),
         (("--integrator", "restir", "--neighbours", "-1"), ("neighbours", "-1")),
         (("--integrator", "restir", "--neighbours", "65"), ("neighbours", "0 to 64", "65")),

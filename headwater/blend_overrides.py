@@ -120,11 +120,12 @@ def _reuse(own, request):
     """The integrator and its parameters. The core checks them here: Blender would clip a value that is out of range."""
     if request.integrator is not None:
         own.integrator = request.integrator
-    check(load(), own.integrator, request.estimator, request.reuse)
-    if request.estimator is not None:
-        own.estimator = request.estimator
+    estimator = own.estimator if request.estimator is None else request.estimator
+    check(load(), own.integrator, estimator, request.reuse)
+    own.estimator = estimator
+    group = INTEGRATORS[own.integrator].group(estimator)
     for name, value in request.reuse.items():
-        setattr(getattr(own, INTEGRATORS[own.integrator].group), name, PARAMETERS[name].to_property(value))
+        setattr(getattr(own, group), name, PARAMETERS[name].to_property(value))
 
 
 def _passes(layer, wanted):

@@ -7,7 +7,7 @@ each other: names, texts, who reads what, defaults, ranges, choices. M, k and L 
 "World Space Spatio-Temporal Reuse"). docs/manual/reuse.md says more of each.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,11 +37,16 @@ class Parameter:
 
 @dataclass(frozen=True, kw_only=True)
 class Whole(Parameter):
-    """A whole number. `soft_most`: where sliders end."""
+    """A whole number. `soft_most`: where sliders end; `unbiased`: least and most where unbiased estimators differ."""
 
     least: int
     most: int
     soft_most: int
+    unbiased: tuple[int, int] | None = None
+
+    def range(self, estimator: str) -> tuple[int, int]:
+        """Least and most value with an estimator."""
+        return self.unbiased if estimator == "unbiased" and self.unbiased else (self.least, self.most)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,13 +112,14 @@ PARAMETERS = {
         Whole(
             name="history",
             label="History",
-            summary="Most passes over the picture that a reservoir remembers; 0: all",
+            summary="Most passes over the picture that a reservoir remembers; 0: all (not where it must be unbiased)",
             effect="Longer: less noise in the first passes, then blotches that more samples do not remove, and light "
             "that lags behind what moves",
             needs="temporal_reuse",
             least=0,
             most=1 << 20,
             soft_most=100,
+            unbiased=(1, 1000),
         ),
         Switch(
             name="spatial_reuse",
@@ -179,6 +185,16 @@ PARAMETERS = {
                     "By the reservoirs that could have made the sample: less bias, more noise, with fireflies",
                 ),
                 ("mis", "MIS", "Balance weights: no bias and less noise than 1/Z, more time"),
+            ),
+        ),
+        Choice(
+            name="mis_weights",
+            label="Weights",
+            summary="How merged reservoirs are weighed against each other and the surface's own sample",
+            effect="Changes noise and time only: both are unbiased",
+            choices=(
+                ("pairwise", "Pairwise", "Each reservoir against the surface's own sample, which always has a share"),
+                ("balance", "Balance", "Each against all: less noise with few neighbors, time grows with their square"),
             ),
         ),
         Switch(
@@ -266,17 +282,23 @@ PARAMETERS = {
 
 @dataclass(frozen=True)
 class Integrator:
-    """An integrator, and the parameters it reads with their defaults, in the order in which panels show them."""
+    """An integrator, and the parameters it reads with their defaults, in the order in which panels show them: with the
+    estimator `paper`, and with `unbiased`. Without the latter it has one estimator, whatever its name."""
 
     name: str
     label: str
     description: str
     defaults: dict
+    unbiased: dict = field(default_factory=dict)
 
-    @property
-    def group(self) -> str:
-        """Name of the property group in `scene.headwater` that holds its parameters."""
-        return self.name.replace("-", "_")
+    def parameters(self, estimator: str) -> dict:
+        """What it reads with an estimator, with defaults."""
+        return self.unbiased if estimator == "unbiased" and self.unbiased else self.defaults
+
+    def group(self, estimator: str) -> str:
+        """Name of the property group in `scene.headwater` that holds its parameters with an estimator."""
+        name = self.name.replace("-", "_")
+        return name + "_unbiased" if estimator == "unbiased" and self.unbiased else name
 
 
 _RESTIR = {
@@ -308,6 +330,32 @@ _GRID = _WORLD | {
     "reservoirs_per_cell": 1,
 }
 
+_RESTIR_UNBIASED = {
+    "candidates": 32,
+    "indirect_candidates": 8,
+    "temporal_reuse": False,
+    "history": 20,
+    "spatial_reuse": True,
+    "neighbours": 5,
+    "reuse_radius": 0.1,
+    "mis_weights": "pairwise",
+}
+_WORLD_UNBIASED = {
+    "candidates": 32,
+    "indirect_candidates": 8,
+    "temporal_reuse": False,
+    "history": 20,
+    "spatial_reuse": True,
+    "neighbours": 5,
+}
+_GRID_UNBIASED = _WORLD_UNBIASED | {
+    "grid_radius": 1,
+    "mis_weights": "pairwise",
+    "grid_resolution": 100,
+    "grid_extent": 50.0,
+    "reservoirs_per_cell": 1,
+}
+
 INTEGRATORS = {
     integrator.name: integrator
     for integrator in (
@@ -321,39 +369,55 @@ INTEGRATORS = {
             "restir",
             "ReSTIR",
             "Reuses light samples of earlier passes and of nearby pixels at the first surface. Much cleaner under many "
-            "lights; biased at edges unless its weights are MIS.",
+            "lights; as the paper has it biased at edges.",
             _RESTIR,
+            _RESTIR_UNBIASED,
         ),
         Integrator(
             "restir-reproject",
             "ReSTIR + Reprojection",
             "ReSTIR that also looks up the reservoirs of the picture for surfaces seen after a bounce.",
             _RESTIR | {"neighbours": 3},
+            _RESTIR_UNBIASED | {"neighbours": 3},
         ),
         Integrator(
             "wssr-kd",
             "World-Space k-d Tree",
-            "Keeps light samples in the leaves of a tree over the first picture's surfaces, for every bounce. Biased, "
-            "with visible cells.",
+            "Keeps light samples in the leaves of a tree over the picture's surfaces, for every bounce. As the paper "
+            "has it biased, with visible cells.",
             _WORLD | {"ascension": 10, "empty_cells": "canonical", "points_per_leaf": 1, "reservoirs_per_cell": 1},
+            _WORLD_UNBIASED
+            | {"ascension": 4, "mis_weights": "pairwise", "points_per_leaf": 4, "reservoirs_per_cell": 1},
         ),
         Integrator(
             "wssr-grid",
             "World-Space Grid",
-            "Keeps light samples in a grid about the camera, for every bounce. Biased; no reuse beyond the grid.",
+            "Keeps light samples in a grid about the camera, for every bounce; no reuse beyond the grid. As the paper "
+            "has it biased.",
             _GRID,
+            _GRID_UNBIASED,
         ),
         Integrator(
             "wssr-grid-reproject",
             "World-Space Grid + Reprojection",
             "The grid, used also by surfaces beyond it through its nearest cells.",
             _GRID,
+            _GRID_UNBIASED,
         ),
     )
 }
-ESTIMATORS = (("paper", "Paper", "As the paper describes it, with its artefacts"),)
+ESTIMATORS = (
+    ("paper", "Paper", "As the paper describes it, with its artefacts and its bias"),
+    (
+        "unbiased",
+        "Unbiased",
+        "With a light sample of its own at every surface and weights that sum to one: the same light as path tracing, "
+        "at every bounce",
+    ),
+)
 
 
-def readers(parameter: str) -> list[Integrator]:
-    """The integrators that read the parameter."""
-    return [integrator for integrator in INTEGRATORS.values() if parameter in integrator.defaults]
+def readers(parameter: str, estimator: str = "") -> list[Integrator]:
+    """The integrators that read the parameter: with an estimator, or with any."""
+    estimators = (estimator,) if estimator else [name for name, _, _ in ESTIMATORS]
+    return [each for each in INTEGRATORS.values() if any(parameter in each.parameters(name) for name in estimators)]

@@ -43,7 +43,11 @@ def add_arguments(parser) -> None:
     add("--time-limit", type=seconds, metavar="S", help="seconds a frame; at least one sample is finished")
     add("--seed", type=natural, metavar="N")
     add("--integrator", metavar="NAME", help=render_reuse.integrator_help())
-    add("--estimator", metavar="NAME", help="how reservoirs are merged: paper, with the paper's bias (default: paper)")
+    add(
+        "--estimator",
+        metavar="NAME",
+        help="how reservoirs are merged: paper, with the paper's bias; unbiased (default: paper)",
+    )
     add("--lights", metavar="auto|uniform|power|tree", help="how one light is chosen among many")
     for name, _, _ in BOUNCES:
         extra = " (0: direct light only)" if name == "max" else ""

@@ -4,7 +4,7 @@
 import argparse
 
 from headwater.errors import EXIT_USAGE, UserError, first_line
-from headwater.integrators import INTEGRATORS, PARAMETERS, Choice, Number, Switch, Whole, readers
+from headwater.integrators import ESTIMATORS, INTEGRATORS, PARAMETERS, Choice, Number, Switch, Whole
 
 SWITCH = {"on": True, "off": False}
 
@@ -57,13 +57,19 @@ def _switch(text: str) -> bool:
 
 
 def help_text(parameter) -> str:
-    """What it is, and its defaults with the integrators that read it."""
-    by_default = {}
-    for integrator in readers(parameter.name):
-        by_default.setdefault(_shown(integrator.defaults[parameter.name]), []).append(integrator.name)
-    defaults = "; ".join(f"{', '.join(names)}: {value}" for value, names in by_default.items())
+    """What it is, and its defaults with the integrators that read it, those of unbiased estimators apart."""
+    shown = []
+    for estimator, _, _ in ESTIMATORS:
+        by_default = {}
+        for integrator in INTEGRATORS.values():
+            values = integrator.parameters(estimator)
+            if parameter.name in values and (estimator == "paper" or integrator.unbiased):
+                by_default.setdefault(_shown(values[parameter.name]), []).append(integrator.name)
+        defaults = "; ".join(f"{', '.join(names)}: {value}" for value, names in by_default.items())
+        if defaults:
+            shown.append(f"[{defaults}]" if estimator == "paper" else f"[{estimator}: {defaults}]")
     automatic = f". {parameter.automatic}" if isinstance(parameter, Switch) and parameter.automatic else ""
-    return f"{parameter.summary} [{defaults}]{automatic}".replace("%", "%%")
+    return f"{parameter.summary} {' '.join(shown)}{automatic}".replace("%", "%%")
 
 
 def _shown(value) -> str:

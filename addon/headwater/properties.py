@@ -50,7 +50,7 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     )
     estimator: EnumProperty(
         name="Estimator",
-        description="How reservoirs are merged",
+        description="How reservoirs are merged, which decides whether the picture is biased",
         items=ESTIMATORS,
         default="paper",
     )

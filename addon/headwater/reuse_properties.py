@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One PropertyGroup for each integrator that reuses light samples: `scene.headwater.restir`, `.wssr_grid` and so on.
+"""One PropertyGroup for each integrator that reuses light samples and each of its estimators: `scene.headwater.restir`,
+`.restir_unbiased`, `.wssr_grid` and so on.
 
-A group an integrator, not one for all, since the same parameter has another default in each. They are made from the
-table in headwater/integrators.py, as are the command's options; docs/manual/reuse.md says what each does.
+A group each, not one for all, since the same parameter has another default in each. They are made from the table in
+headwater/integrators.py, as are the command's options; docs/manual/reuse.md says what each does.
 """
 
 import bpy
@@ -11,11 +12,12 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 from headwater.integrators import INTEGRATORS, PARAMETERS, Choice, Number, Switch, Whole
 
 
-def _property(parameter, default):
-    """Blender's property for a parameter, with an integrator's default (the core's value)."""
+def _property(parameter, default, estimator):
+    """Blender's property for a parameter, with an integrator's default (the core's value) for an estimator."""
     common = {"name": parameter.label, "description": f"{parameter.summary}. {parameter.effect}"}
     match parameter:
-        case Whole(least=least, most=most, soft_most=soft_most):
+        case Whole(soft_most=soft_most):
+            least, most = parameter.range(estimator)
             return IntProperty(min=least, max=most, soft_max=soft_most, default=default, **common)
         case Number(least=least, most=most, soft_most=soft_most, unit=unit):
             form = {"subtype": "DISTANCE", "unit": "LENGTH"} if unit == "metres" else {"subtype": "FACTOR"}
@@ -29,32 +31,42 @@ def _property(parameter, default):
             return EnumProperty(items=choices, default=default, **common)
 
 
-def _group(integrator):
-    """The PropertyGroup class of an integrator."""
+def _group(integrator, estimator):
+    """The PropertyGroup class of an integrator's parameters with an estimator."""
+    name = integrator.group(estimator)
     return type(
-        f"Headwater{integrator.group.title().replace('_', '')}Settings",
+        f"Headwater{name.title().replace('_', '')}Settings",
         (bpy.types.PropertyGroup,),
         {
-            "__doc__": f"Parameters of the integrator {integrator.name}",
+            "__doc__": f"Parameters of the integrator {integrator.name} with the estimator {estimator}",
             "__module__": __name__,
             "__annotations__": {
-                name: _property(PARAMETERS[name], default) for name, default in integrator.defaults.items()
+                parameter: _property(PARAMETERS[parameter], default, estimator)
+                for parameter, default in integrator.parameters(estimator).items()
             },
         },
     )
 
 
-groups = {integrator.group: _group(integrator) for integrator in INTEGRATORS.values() if integrator.defaults}
+groups = {
+    integrator.group(estimator): _group(integrator, estimator)
+    for integrator in INTEGRATORS.values()
+    for estimator in (["paper"] if integrator.defaults else []) + (["unbiased"] if integrator.unbiased else [])
+}
+
+
+def group_of(own):
+    """The group with the parameters of what `scene.headwater` chose, and their names: (None, ()) if there are none."""
+    integrator = INTEGRATORS[own.integrator]
+    names = tuple(integrator.parameters(own.estimator))
+    return (getattr(own, integrator.group(own.estimator)), names) if names else (None, ())
 
 
 def settings(own) -> dict:
     """The core's settings for what `scene.headwater` chose: integrator, estimator, and the parameters it reads."""
-    integrator = INTEGRATORS[own.integrator]
-    chosen = {"integrator": integrator.name, "estimator": own.estimator}
-    if integrator.defaults:
-        group = getattr(own, integrator.group)
-        chosen |= {name: PARAMETERS[name].from_property(getattr(group, name)) for name in integrator.defaults}
-    return chosen
+    group, names = group_of(own)
+    chosen = {"integrator": own.integrator, "estimator": own.estimator}
+    return chosen | {name: PARAMETERS[name].from_property(getattr(group, name)) for name in names}
 
 
 register, unregister = bpy.utils.register_classes_factory(tuple(groups.values()))

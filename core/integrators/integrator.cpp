@@ -5,6 +5,7 @@
 #include "integrators/path.h"
 #include "integrators/restir.h"
 #include "integrators/wssr.h"
+#include "integrators/wssr_unbiased.h"
 #include "session/session.h"
 
 namespace hw {
@@ -32,12 +33,17 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
     context.reservoirs.clear();
     return std::make_unique<PathIntegrator>(context);
   }
-  if (name.starts_with("wssr") && !context.device.info().int64_atomics)
+  const bool unbiased = resolve_reuse(context.settings).unbiased;
+  if (name.starts_with("wssr") && !unbiased && !context.device.info().int64_atomics)
     throw DeviceError("the integrator '" + name + "' needs atomics on 64-bit numbers, which the driver of " +
-                      context.device.info().name + " lacks; 'restir' and 'path' do without");
-  if (name == "wssr-kd") return std::make_unique<WssrIntegrator>(context, CellStructure::kTree);
-  if (name == "wssr-grid") return std::make_unique<WssrIntegrator>(context, CellStructure::kGrid);
-  if (name == "wssr-grid-reproject") return std::make_unique<WssrIntegrator>(context, CellStructure::kGridReproject);
+                      context.device.info().name + " lacks; the estimator 'unbiased', 'restir' and 'path' do without");
+  if (name.starts_with("wssr")) {
+    const CellStructure structure = name == "wssr-kd"     ? CellStructure::kTree
+                                    : name == "wssr-grid" ? CellStructure::kGrid
+                                                          : CellStructure::kGridReproject;
+    if (unbiased) return std::make_unique<WssrUnbiasedIntegrator>(context, structure);
+    return std::make_unique<WssrIntegrator>(context, structure);
+  }
   return std::make_unique<RestirIntegrator>(context, name == "restir-reproject");
 }
 

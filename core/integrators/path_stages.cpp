@@ -43,13 +43,34 @@ bool keeps_history(const IntegratorContext& context, const std::string& kind) {
          context.light_changes.moved <= jump;
 }
 
-void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b) {
+bool keeps_valid_history(const IntegratorContext& context, const std::string& kind) {
+  return keeps_history(context, kind) && !context.light_changes.changed;
+}
+
+SpecConstants with_weights(SpecConstants constants, ReuseWeights weights) {
+  constants.emplace_back(8, std::uint32_t(weights));
+  return constants;
+}
+
+void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b,
+                  std::uint64_t out) {
   const std::uint64_t most = std::uint64_t(device.max_groups()) * HW_GROUP_SIZE;
   for (std::uint64_t first = 0; first < count; first += most) {
-    const Push push{.a = count, .b = b, .c = std::uint32_t(first)};
+    const Push push{.out_queue = out, .a = count, .b = b, .c = std::uint32_t(first)};
     const std::uint64_t threads = std::min<std::uint64_t>(most, count - first);
     commands.dispatch(kernel, push.bytes(), std::uint32_t((threads + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE));
   }
+}
+
+void append_first_surfaces(Commands& commands, const IntegratorContext& context, std::vector<vec3>& points) {
+  commands.flush();
+  const std::uint32_t count = context.wave.params().wave_pixels;
+  std::vector<Ray> rays(count);
+  std::vector<Hit> hits(count);
+  context.device.read(*context.wave.rays, 0, std::as_writable_bytes(std::span(rays)));
+  context.device.read(*context.wave.hits, 0, std::as_writable_bytes(std::span(hits)));
+  for (std::uint32_t i = 0; i < count; ++i)
+    if (hits[i].instance < HW_LAMP_INSTANCE) points.push_back(rays[i].origin + rays[i].direction * hits[i].t);
 }
 
 void make_light_proxies(Commands& commands, const IntegratorContext& context) {

@@ -18,9 +18,20 @@ enum class RayKind : std::uint32_t { kCamera = 0, kIndirect = 1, kShadow = 2, kT
 // merging hands their number on from pixel to pixel: they fade over dozens of passes, so that they are dropped.
 bool keeps_history(const IntegratorContext& context, const std::string& kind);
 
+// The same for unbiased estimators: their MIS weights ask what could have been sampled when a sample was made, which
+// only lights that are as they were can tell.
+bool keeps_valid_history(const IntegratorContext& context, const std::string& kind);
+
+// Merging by each kind of weights is a kernel of its own: drivers that run both sides of a branch pay for all of it.
+SpecConstants with_weights(SpecConstants constants, ReuseWeights weights);
+
 // One thread for each of `count` elements, in as many dispatches as the device needs: a is the count, c each dispatch's
-// first element.
-void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b = 0);
+// first element; `out`: address of what they fill.
+void dispatch_all(Commands& commands, Device& device, const Kernel& kernel, std::uint32_t count, std::uint32_t b = 0,
+                  std::uint64_t out = 0);
+
+// The first surfaces of the wave's camera rays (world space), from rays and hits.
+void append_first_surfaces(Commands& commands, const IntegratorContext& context, std::vector<vec3>& points);
 
 // Runs light_proxies.comp: the lights as reuse sees them, for this frame. Parameters must have been written.
 void make_light_proxies(Commands& commands, const IntegratorContext& context);

@@ -7,16 +7,6 @@
 
 namespace hw {
 
-namespace {
-
-// Merging by each kind of weights is a kernel of its own: drivers that run both sides of a branch pay for all of it.
-SpecConstants with_weights(SpecConstants constants, ReuseWeights weights) {
-  constants.emplace_back(8, std::uint32_t(weights));
-  return constants;
-}
-
-}  // namespace
-
 RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproject)
     : context_(context),
       params_(resolve_reuse(context.settings)),
@@ -24,14 +14,16 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
       stages_(context, true),
       buffers_(context.device, context.wave.capacity(), context.light_count, false),
       candidates_(context.kernels.get("light_candidates", context.constants)),
-      reuse_(context.kernels.get("screen_reuse", with_weights(context.constants, params_.weights))) {}
+      reuse_(context.kernels.get(params_.unbiased ? "screen_merge" : "screen_reuse",
+                                 with_weights(context.constants, params_.weights))) {}
 
 void RestirIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
   const auto& region = context_.settings.region;
-  const std::string kind =
-      context_.settings.integrator + " " + std::to_string(region[0]) + " " + std::to_string(region[1]);
-  if (!keeps_history(context_, kind) || !store.screen || !store.screen->fits(context_.width, context_.height)) {
+  const std::string kind = context_.settings.integrator + " " + std::to_string(region[0]) + " " +
+                           std::to_string(region[1]) + (params_.unbiased ? " unbiased" : "");
+  const bool keeps = params_.unbiased ? keeps_valid_history(context_, kind) : keeps_history(context_, kind);
+  if (!keeps || !store.screen || !store.screen->fits(context_.width, context_.height)) {
     store.clear();
     store.screen = std::make_unique<ScreenReservoirs>(context_.device, context_.width, context_.height);
     store.kind = kind;

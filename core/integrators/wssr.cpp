@@ -19,13 +19,12 @@ const Kernel& kernel(const IntegratorContext& context, const std::string& name, 
   return context.kernels.get(tree(structure) ? name + "_tree" : name, context.constants);
 }
 
-// What decides how many cells there are and what they stand for.
-std::string layout(const RenderSettings& settings, const ReuseParams& p) {
+}  // namespace
+
+std::string cell_layout(const RenderSettings& settings, const ReuseParams& p) {
   return settings.integrator + " " + std::to_string(p.reservoirs_per_cell) + " " + std::to_string(p.points_per_leaf) +
          " " + std::to_string(p.grid_resolution) + " " + std::to_string(p.grid_extent) + (p.grid_rides ? " rides" : "");
 }
-
-}  // namespace
 
 WssrIntegrator::WssrIntegrator(const IntegratorContext& context, CellStructure structure)
     : context_(context),
@@ -51,7 +50,7 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   frame.fixed_exponent = fixed_exponent(context_.light_power) - 8;
   frame.grid = world_grid(context_.camera_position, params_.grid_extent, params_.grid_resolution,
                           params_.reservoirs_per_cell, params_.grid_rides);
-  const std::string kind = layout(context_.settings, params_);
+  const std::string kind = cell_layout(context_.settings, params_);
   // The tree is static: it outlives its samples.
   const bool keeps_cells = context_.settings.continue_history && store.kind == kind && store.cells;
   const bool keeps = keeps_cells && keeps_history(context_, kind) && store.cells->has_history;
@@ -83,23 +82,11 @@ void WssrIntegrator::start_cells(Commands& commands, bool empty) {
   stages_.prepare(commands, nullptr, RayKind::kNone, &context_.reservoirs.cells->touched());
 }
 
-// The first surfaces of the wave's camera rays, from rays and hits.
-void WssrIntegrator::take_points(Commands& commands) {
-  commands.flush();
-  const std::uint32_t count = context_.wave.params().wave_pixels;
-  std::vector<Ray> rays(count);
-  std::vector<Hit> hits(count);
-  context_.device.read(*context_.wave.rays, 0, std::as_writable_bytes(std::span(rays)));
-  context_.device.read(*context_.wave.hits, 0, std::as_writable_bytes(std::span(hits)));
-  for (std::uint32_t i = 0; i < count; ++i)
-    if (hits[i].instance < HW_LAMP_INSTANCE) points_.push_back(rays[i].origin + rays[i].direction * hits[i].t);
-}
-
 bool WssrIntegrator::prepare(Commands& commands, int preparation) {
   if (!builds_tree(preparation)) return stages_.first_surfaces(commands, [&](std::size_t c) { sample(commands, c); });
   if (context_.cancelled) return false;
   stages_.camera(commands);
-  take_points(commands);
+  append_first_surfaces(commands, context_, points_);
   return true;
 }
 

@@ -10,6 +10,9 @@ namespace hw {
 
 enum class CellStructure { kTree, kGrid, kGridReproject };
 
+// What decides how many cells there are and what they stand for.
+std::string cell_layout(const RenderSettings& settings, const ReuseParams& params);
+
 class WssrIntegrator final : public Integrator {
  public:
   WssrIntegrator(const IntegratorContext& context, CellStructure structure);
@@ -23,7 +26,6 @@ class WssrIntegrator final : public Integrator {
  private:
   bool builds_tree(int preparation) const { return wants_tree_ && preparation == 0; }
   void start_cells(Commands& commands, bool empty);
-  void take_points(Commands& commands);
   // Canonical samples of a class's surfaces, offered to their cells.
   void sample(Commands& commands, std::size_t shading_class);
 

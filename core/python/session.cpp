@@ -37,7 +37,7 @@ nb::dict device_dict(const DeviceInfo& info) {
 }
 
 nb::dict reuse_dict(const ReuseParams& p) {
-  const char* weights[] = {"1/M", "1/Z", "mis"};
+  const char* weights[] = {"1/M", "1/Z", "mis", "mis"};
   nb::dict d;
   d["candidates"] = p.candidates;
   d["indirect_candidates"] = p.indirect_candidates;
@@ -55,6 +55,7 @@ nb::dict reuse_dict(const ReuseParams& p) {
   d["spatial_reuse"] = p.spatial_reuse;
   d["visibility_reuse"] = p.visibility_reuse;
   d["reuse_weights"] = weights[std::uint32_t(p.weights)];
+  d["mis_weights"] = p.weights == ReuseWeights::kBalance ? "balance" : "pairwise";
   d["grid_follow"] = p.grid_rides ? "camera" : "world";
   d["empty_cells"] = p.black_where_empty ? "black" : "canonical";
   return d;
@@ -63,14 +64,18 @@ nb::dict reuse_dict(const ReuseParams& p) {
 nb::list integrator_dicts() {
   nb::list out;
   for (const IntegratorInfo& info : integrator_table()) {
-    const nb::dict all = reuse_dict(info.defaults);
-    nb::dict defaults;
-    for (const std::string& name : info.parameters) defaults[name.c_str()] = all[name.c_str()];
+    const auto chosen = [](const std::vector<std::string>& parameters, const ReuseParams& values) {
+      const nb::dict all = reuse_dict(values);
+      nb::dict read;
+      for (const std::string& name : parameters) read[name.c_str()] = all[name.c_str()];
+      return read;
+    };
     nb::dict d;
     d["name"] = info.name;
     d["label"] = info.label;
     d["description"] = info.description;
-    d["parameters"] = defaults;
+    d["parameters"] = chosen(info.parameters, info.defaults);
+    d["unbiased_parameters"] = chosen(info.unbiased_parameters, info.unbiased);
     out.append(d);
   }
   return out;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "reservoirs/cell_reservoirs.h"
+#include "reservoirs/record_cells.h"
 #include "reservoirs/screen_reservoirs.h"
 
 namespace hw {
@@ -16,13 +17,17 @@ struct ReservoirStore {
   std::uint32_t passes = 0;  // of the frames since it was started
   std::unique_ptr<ScreenReservoirs> screen;
   std::unique_ptr<CellReservoirs> cells;
+  std::unique_ptr<RecordCells> records;
 
-  std::uint64_t bytes() const { return (screen ? screen->bytes() : 0) + (cells ? cells->bytes() : 0); }
+  std::uint64_t bytes() const {
+    return (screen ? screen->bytes() : 0) + (cells ? cells->bytes() : 0) + (records ? records->bytes() : 0);
+  }
   void clear() {
     kind.clear();
     passes = 0;
     screen.reset();
     cells.reset();
+    records.reset();
   }
 };
 

@@ -35,23 +35,53 @@ std::vector<IntegratorInfo> make_table() {
   const Names world = {"candidates",     "indirect_candidates", "neighbours", "reservoirs_per_cell",
                        "temporal_reuse", "spatial_reuse",       "history",    "empty_cells"};
   const Names grids = joined(world, {"grid_radius", "grid_resolution", "grid_extent", "cell_inputs", "grid_follow"});
+  // Unbiased estimators: records are weighed by surfaces, so that they need neither inputs nor what lights empty cells.
+  const Names shared = {"candidates", "indirect_candidates", "neighbours", "temporal_reuse", "spatial_reuse",
+                        "history",    "mis_weights"};
+  const Names screen_unbiased = joined(shared, {"reuse_radius"});
+  const Names world_unbiased = joined(shared, {"reservoirs_per_cell"});
+  const Names grid_unbiased = joined(world_unbiased, {"grid_radius", "grid_resolution", "grid_extent"});
+  auto unbiased = [](ReuseParams p) {
+    p.unbiased = true;
+    p.weights = ReuseWeights::kMis;
+    p.visibility_reuse = false;
+    // Longer memory makes one pass better and their mean worse: passes then resemble each other.
+    p.temporal_reuse = false;
+    p.history = 20;
+    return p;
+  };
+  ReuseParams screen_defaults = unbiased(restir);
+  ReuseParams reproject_defaults = unbiased(reproject);
+  ReuseParams kd_defaults = unbiased(kd);
+  kd_defaults.candidates = 32;
+  kd_defaults.indirect_candidates = 8;
+  kd_defaults.neighbours = 5;
+  kd_defaults.ascension = 4;
+  kd_defaults.points_per_leaf = 4;
+  ReuseParams grid_defaults = kd_defaults;
+  grid_defaults.grid_radius = 1;
   return {
       {"path", "Path Tracing", "One light sample and one bounce at each surface. Unbiased; the reference.", {}, {}},
       {"restir", "ReSTIR",
        "Reuses light samples of earlier passes and of nearby pixels at the first surface. Much cleaner under many "
-       "lights; biased at edges unless its weights are MIS.",
-       screen, restir},
+       "lights; as the paper has it biased at edges.",
+       screen, restir, screen_unbiased, screen_defaults},
       {"restir-reproject", "ReSTIR + Reprojection",
-       "ReSTIR that also looks up the reservoirs of the picture for surfaces seen after a bounce.", screen, reproject},
+       "ReSTIR that also looks up the reservoirs of the picture for surfaces seen after a bounce.", screen, reproject,
+       screen_unbiased, reproject_defaults},
       {"wssr-kd", "World-Space k-d Tree",
-       "Keeps light samples in the leaves of a tree over the first picture's surfaces, for every bounce. Biased, with "
-       "visible cells.",
-       joined(world, {"ascension", "points_per_leaf"}), kd},
+       "Keeps light samples in the leaves of a tree over the picture's surfaces, for every bounce. As the paper has it "
+       "biased, with visible cells.",
+       joined(world, {"ascension", "points_per_leaf"}), kd, joined(world_unbiased, {"ascension", "points_per_leaf"}),
+       kd_defaults},
       {"wssr-grid", "World-Space Grid",
-       "Keeps light samples in a grid about the camera, for every bounce. Biased; no reuse beyond the grid.", grids,
-       grid},
+       "Keeps light samples in a grid about the camera, for every bounce; no reuse beyond the grid. As the paper has "
+       "it "
+       "biased.",
+       grids, grid, grid_unbiased, grid_defaults},
       {"wssr-grid-reproject", "World-Space Grid + Reprojection",
-       "The grid, used also by surfaces beyond it through its nearest cells.", grids, grid},
+       "The grid, used also by surfaces beyond it through its nearest cells.", grids, grid, grid_unbiased,
+       grid_defaults},
   };
 }
 
@@ -85,15 +115,18 @@ ReuseParams resolve_reuse(const RenderSettings& s) {
     bad("there is no integrator named '" + s.integrator + "'; the integrators are " + known);
   }
   const ReuseSettings& r = s.reuse;
-  if (r.estimator != "paper")
+  if (r.estimator != "paper" && r.estimator != "unbiased")
     bad("there is no estimator '" + r.estimator + "' for the integrator '" + s.integrator +
-        "'; the estimators are paper");
-  ReuseParams p = info->defaults;
+        "'; the estimators are paper, unbiased");
+  const bool unbiased = r.estimator == "unbiased" && !info->unbiased_parameters.empty();
+  const Names& read = unbiased ? info->unbiased_parameters : info->parameters;
+  ReuseParams p = unbiased ? info->unbiased : info->defaults;
   // A parameter that the integrator does not read is refused where it stands in a command, not silently dropped.
   auto given = [&](const char* name, const auto& value) {
     if (!value) return false;
-    if (std::find(info->parameters.begin(), info->parameters.end(), name) == info->parameters.end())
-      bad("the integrator '" + s.integrator + "' has no parameter '" + name + "'");
+    if (std::find(read.begin(), read.end(), name) == read.end())
+      bad("the integrator '" + s.integrator + "' has no parameter '" + name + "'" +
+          (info->unbiased_parameters.empty() ? "" : " with the estimator '" + r.estimator + "'"));
     return true;
   };
   auto whole = [&](const char* name, const std::optional<std::uint32_t>& value, std::uint32_t least, std::uint32_t most,
@@ -128,11 +161,14 @@ ReuseParams resolve_reuse(const RenderSettings& s) {
   whole("cell_inputs", r.cell_inputs, 0, 1u << 20, p.cell_inputs);
   whole("points_per_leaf", r.points_per_leaf, 1, 1u << 20, p.points_per_leaf);
   whole("reservoirs_per_cell", r.reservoirs_per_cell, 1, 16, p.reservoirs_per_cell);
-  whole("history", r.history, 0, 1u << 20, p.history);
+  // Without an end of its history a reservoir freezes, and the picture's error with it.
+  whole("history", r.history, unbiased ? 1 : 0, unbiased ? 1000 : 1u << 20, p.history);
   if (given("temporal_reuse", r.temporal_reuse)) p.temporal_reuse = *r.temporal_reuse;
   if (given("spatial_reuse", r.spatial_reuse)) p.spatial_reuse = *r.spatial_reuse;
   choice("reuse_weights", r.reuse_weights, {"1/M", "1/Z", "mis"},
          [&](std::uint32_t i) { p.weights = ReuseWeights(i); });
+  choice("mis_weights", r.mis_weights, {"pairwise", "balance"},
+         [&](std::uint32_t i) { p.weights = i == 0 ? ReuseWeights::kMis : ReuseWeights::kBalance; });
   // A stored sample that was found occluded stands for fewer places than its weights say: MIS weights would be biased
   // by it, so that they come without unless asked for.
   if (p.weights == ReuseWeights::kMis) p.visibility_reuse = false;

@@ -11,8 +11,8 @@
 namespace hw {
 
 struct ReuseSettings {
-  std::string estimator = "paper";
-  std::optional<std::uint32_t> candidates;           // M: light candidates at the first surface
+  std::string estimator = "paper";          // "unbiased": MIS weights alone, with a canonical sample at every surface
+  std::optional<std::uint32_t> candidates;  // M: light candidates at the first surface
   std::optional<std::uint32_t> indirect_candidates;  // at later surfaces
   std::optional<std::uint32_t> neighbours;           // k
   std::optional<float> reuse_radius;             // restir: of spatial neighbours, share of the picture's smaller side
@@ -26,11 +26,12 @@ struct ReuseSettings {
   std::optional<std::uint32_t> history;  // most passes over the picture that a reservoir remembers; 0: all of them
   std::optional<bool> temporal_reuse, spatial_reuse, visibility_reuse;
   std::optional<std::string> reuse_weights;  // "1/M", "1/Z", "mis"
+  std::optional<std::string> mis_weights;    // unbiased: "pairwise", "balance"
   std::optional<std::string> grid_follow;    // "world": cells stay in place; "camera": they ride along, as the paper's
   std::optional<std::string> empty_cells;    // without a neighbour: "canonical" sample, or "black" as the paper's code
 };
 
-enum class ReuseWeights : std::uint32_t { kInverseM = 0, kInverseZ = 1, kMis = 2 };
+enum class ReuseWeights : std::uint32_t { kInverseM = 0, kInverseZ = 1, kMis = 2, kBalance = 3 };
 
 // All of it decided.
 struct ReuseParams {
@@ -42,6 +43,7 @@ struct ReuseParams {
   bool temporal_reuse = true, spatial_reuse = true, visibility_reuse = false;
   ReuseWeights weights = ReuseWeights::kInverseM;
   bool grid_rides = false, black_where_empty = false;
+  bool unbiased = false;  // the estimator; weights are then MIS's
 };
 
 struct RenderSettings;
@@ -51,6 +53,9 @@ struct IntegratorInfo {
   std::string name, label, description;
   std::vector<std::string> parameters;  // names of ReuseSettings' members that it reads
   ReuseParams defaults;
+  // The same with the estimator `unbiased`. Without parameters: there is one estimator, whatever its name.
+  std::vector<std::string> unbiased_parameters = {};
+  ReuseParams unbiased = {};
 };
 const std::vector<IntegratorInfo>& integrator_table();
 const IntegratorInfo* find_integrator(const std::string& name);  // null when there is none

@@ -50,7 +50,9 @@ void apply_reuse(ReuseFrame& f, const ReuseParams& p, std::uint32_t width, std::
   f.neighbours = p.neighbours;
   f.radius = p.reuse_radius * float(std::min(width, height));
   f.confidence_cap = float(p.history) * float(p.candidates);
+  if (p.unbiased && !p.temporal_reuse) f.confidence_cap = float(std::max(p.candidates, p.indirect_candidates));
   f.history_passes = float(p.history);
+  f.record_age = p.temporal_reuse ? std::max(p.history, 1u) : 1;
   f.light_mis_scale = std::max(float(p.candidates), kCellMisScale);
   f.ascension = p.ascension;
   f.grid_radius = p.grid_radius;

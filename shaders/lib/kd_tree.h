@@ -37,20 +37,26 @@ HW_FN uint kd_leaf(KdTree t, vec3 P) {
   return i - (t.leaf_count - 1u);
 }
 
-// Draw i of k (i < k < 256) among the other leaves of the subtree that lies min(ascension, depth) levels above `leaf`.
-// The draws of one u in [0, 1) differ as long as there are k other leaves, lie spread over the subtree, and each leaf
-// is among them with the same probability. HW_NONE: there is no other leaf.
-HW_FN uint kd_neighbour_of(KdTree t, uint leaf, uint ascension, uint i, uint k, float u) {
-  uint count = 1u << min(ascension, t.depth);
-  uint others = count - 1u;
-  if (others == 0u) {
+// Draw i of k (i < k < 256) of the numbers below `count` but `own`. The draws of one u in [0, 1) differ as long as
+// there are k others, lie spread over them, and each is among them with the same probability. HW_NONE: there is no
+// other.
+HW_FN uint kd_draw_other(uint own, uint count, uint i, uint k, float u) {
+  if (count < 2u) {
     return HW_NONE;
   }
   // floor((i + u) others / k), in integers: floats would round two draws to one leaf.
   uint fraction = uint(clamp(u, 0.0f, 0.99999994f) * 16777216.0f);
   uint64_t place = (uint64_t(i) << 24u) | uint64_t(fraction);
-  uint chosen = leaf - leaf % count + uint((place * uint64_t(others)) >> 24u) / k;
-  return chosen < leaf ? chosen : chosen + 1u;
+  uint chosen = uint((place * uint64_t(count - 1u)) >> 24u) / k;
+  return chosen < own ? chosen : chosen + 1u;
+}
+
+// Such a draw among the other leaves of the subtree that lies min(ascension, depth) levels above `leaf`.
+HW_FN uint kd_neighbour_of(KdTree t, uint leaf, uint ascension, uint i, uint k, float u) {
+  uint count = 1u << min(ascension, t.depth);
+  uint first = leaf - leaf % count;
+  uint chosen = kd_draw_other(leaf - first, count, i, k, u);
+  return chosen == HW_NONE ? HW_NONE : first + chosen;
 }
 
 // One of them, uniformly.

@@ -97,6 +97,15 @@ HW_FN uint grid_tag(WorldGrid g, ivec3 cell) {
   return g.riding != 0u ? HW_GRID_TAG_RIDING : HW_GRID_TAG_WORLD | wraps;
 }
 
+// The cell of the window that lies at a place of memory: the inverse of grid_index.
+HW_FN ivec3 grid_at(WorldGrid g, uint place) {
+  uint n = g.resolution;
+  ivec3 low = grid_low(g);
+  return low + ivec3(int(grid_modulo(int(place % n) - int(grid_modulo(low.x, n)), n)),
+                     int(grid_modulo(int(place / n % n) - int(grid_modulo(low.y, n)), n)),
+                     int(grid_modulo(int(place / n / n) - int(grid_modulo(low.z, n)), n)));
+}
+
 // Another cell of the grid, uniform over those at most `radius` cells away from `cell` on each axis, for u in [0, 1)^3;
 // odds differ by a share of 2^-34 times the number of cells. x = HW_GRID_NONE: there is none. A cell outside of the
 // grid counts as the nearest one in it.

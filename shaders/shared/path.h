@@ -150,7 +150,7 @@ struct FrameParams {
   uint frame_flags;                                    // HW_FRAME_*
   ReuseFrame reuse;
 };
-HW_CHECK_SIZE(FrameParams, 592)
+HW_CHECK_SIZE(FrameParams, 640)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

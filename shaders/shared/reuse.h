@@ -3,6 +3,7 @@
 // resampling, and cells of the world-space structures.
 #ifndef HW_REUSE_H
 #define HW_REUSE_H
+#include "following_tree.h"
 #include "kd_tree.h"
 #include "portable.h"
 #include "reservoir.h"
@@ -60,6 +61,39 @@ HW_CHECK_SIZE(ReuseCell, HW_REUSE_CELL_BYTES)
 HW_CONST uint HW_REUSE_CELL_HELD = 16u;
 HW_CHECK_OFFSET(ReuseCell, held, HW_REUSE_CELL_HELD)
 
+// What a cell of an unbiased estimator holds: one path's light sample with the surface it was made for, so that its own
+// p_hat is known wherever it is read.
+struct ReuseRecord {
+  Reservoir held;
+  ReuseSurface surface;
+};
+HW_CONST uint HW_REUSE_RECORD_BYTES = 56u;
+HW_CHECK_SIZE(ReuseRecord, HW_REUSE_RECORD_BYTES)
+HW_CONST uint HW_REUSE_RECORD_SURFACE = 24u;
+HW_CHECK_OFFSET(ReuseRecord, surface, HW_REUSE_RECORD_SURFACE)
+
+// A cell but for its record: the race for it in the pass under way, by keys that know nothing of the samples, and what
+// is known of those before.
+struct RecordCell {
+  uint best;     // least key so far
+  uint worst;    // greatest
+  uint offered;  // paths that came by in this pass
+  uint made;     // 1 + the pass the record was made in; 0: there is no record
+  uint seen;     // the last pass in which a path came by; before any did: in which the cell came to be
+  uint load;     // paths in that pass
+  uint tag;      // as ReuseCell's
+};
+HW_CHECK_SIZE(RecordCell, 28)
+
+// What a leaf saw in the last pass in which a path came by, for the tree to follow.
+struct LeafSurvey {
+  vec3 position;  // of one of the surfaces [m]
+  uint pass;      // before any: in which the leaf came to be
+  vec3 witness;   // of another, where there was another
+  uint load;      // surfaces; 0: none ever
+};
+HW_CHECK_SIZE(LeafSurvey, 32)
+
 // What the stages of reuse read besides the frame's parameters (FrameParams::reuse). A pass is one sample of every
 // pixel of the picture: what it reads was left by the pass before, in this frame or the last.
 struct ReuseFrame {
@@ -93,12 +127,19 @@ struct ReuseFrame {
   uint pass;              // counts passes of the render, for random numbers of cells
   int fixed_exponent;     // scale of fixed-point sums (lib/reservoir_race.h)
   WorldGrid grid;         // wssr-grid: cells are its cells
-  uint pad[3];
+  uint record_age;        // passes for which a record is read
+  uint pad[2];
+  uint64_t records;       // unbiased cells: ReuseRecord[cell_count], as the last pass left them
+  uint64_t next_records;  // ... of the pass under way
+  uint64_t record_cells;  // RecordCell[cell_count]
+  uint64_t witnesses;     // vec3[cell_count], the tree's: positions of the surfaces whose keys are the greatest
+  FollowingTree leaves;   // unbiased wssr-kd: cells are its leaves
 };
-HW_CHECK_SIZE(ReuseFrame, 240)
+HW_CHECK_SIZE(ReuseFrame, 288)
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_M = 0u;
 HW_CONST uint HW_REUSE_WEIGHTS_INVERSE_Z = 1u;
-HW_CONST uint HW_REUSE_WEIGHTS_MIS = 2u;
+HW_CONST uint HW_REUSE_WEIGHTS_MIS = 2u;      // defensive pairwise
+HW_CONST uint HW_REUSE_WEIGHTS_BALANCE = 3u;  // unbiased estimators alone
 HW_CONST uint HW_REUSE_TEMPORAL = 1u;
 HW_CONST uint HW_REUSE_SPATIAL = 2u;
 HW_CONST uint HW_REUSE_NEW_FRAME = 4u;   // the last pass belongs to another frame: follow motion to it

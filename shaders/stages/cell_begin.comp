@@ -14,16 +14,7 @@ void main() {
   CellArray cells = CellArray(HW_REUSE.cells);
   uint tag = 1u;
 #ifndef HW_CELLS_TREE
-  // The cell of the window that lies at this place of memory.
-  WorldGrid g = HW_REUSE.grid;
-  uint n = g.resolution;
-  uint place = i / HW_REUSE.cell_slots;
-  ivec3 at = ivec3(int(place % n), int(place / n % n), int(place / n / n));
-  ivec3 low = grid_low(g);
-  ivec3 cell = low + ivec3(int(grid_modulo(at.x - int(grid_modulo(low.x, n)), n)),
-                           int(grid_modulo(at.y - int(grid_modulo(low.y, n)), n)),
-                           int(grid_modulo(at.z - int(grid_modulo(low.z, n)), n)));
-  tag = grid_tag(g, cell);
+  tag = grid_tag(HW_REUSE.grid, grid_at(HW_REUSE.grid, i / HW_REUSE.cell_slots));
 #endif
   bool keeps = push.b == 0u && cells.at[i].tag == tag;
   ReuseCell now;

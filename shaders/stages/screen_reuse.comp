@@ -8,30 +8,12 @@
 // is stored.
 //
 // Weights: 1/M, 1/Z or defensive pairwise MIS (lib/reservoir.h), with p_hat at the surfaces that the reservoirs were
-// made for. With MIS weights the result is unbiased: the canonical sample has full support.
+// made for. With MIS weights the result is unbiased: the canonical sample has full support. screen_merge is the kernel
+// of unbiased estimators.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "lib/reuse.glsl"
-#include "lib/camera.h"
-#include "lib/geometry.glsl"
+#include "lib/screen_neighbours.glsl"
 layout(local_size_x = 64) in;
-
-// How alike two surfaces must be for their light to be shared: Bitterli et al. 2020, section 5.
-const float HW_SIMILAR_COSINE = 0.9063;  // 25 degrees
-const float HW_SIMILAR_DEPTH = 0.1;
-
-bool similar(ReuseSurface there, vec3 normal, float depth) {
-  float d = camera_depth(HW_ROOT.camera, there.position);
-  return there.key != HW_NONE && dot(octahedral_unpack(there.normal), normal) >= HW_SIMILAR_COSINE &&
-         abs(d - depth) <= HW_SIMILAR_DEPTH * abs(depth);
-}
-
-// The pixel of the region that shows a raster position of the full frame; HW_NONE outside.
-uint pixel_at(vec2 raster01) {
-  vec2 at = raster01 * vec2(HW_FRAME.width, HW_FRAME.height) - vec2(HW_FRAME.region_x, HW_FRAME.region_y);
-  bool inside = at.x >= 0.0 && at.y >= 0.0 && at.x < float(HW_FRAME.region_width) && at.y < float(HW_FRAME.region_height);
-  return inside ? uint(at.y) * HW_FRAME.region_width + uint(at.x) : HW_NONE;
-}
 
 void main() {
   QueueRef queue = QueueRef(push.queue);
@@ -54,25 +36,10 @@ void main() {
     if (asked && UintBuffer(HW_FRAME.shadow_hits).at[path] != 0u) canonical = reservoir_empty(canonical.confidence);
   }
 
-  // Where the last pass saw this point.
-  uint home = state.pixel;
-  vec3 before = mine.position;
-  bool known = reuse_has(HW_REUSE_HISTORY);
-  CameraRecord camera = HW_ROOT.camera;
-  if (!primary) {
-    home = pixel_at(camera_project(camera, mine.position));
-    known = known && (camera.type == HW_CAMERA_PANORAMIC || camera_depth(camera, mine.position) > 0.0);
-  } else if (reuse_has(HW_REUSE_NEW_FRAME)) {
-    before = previous_position(hit_load(path));
-    home = pixel_at(camera_project_previous(camera, before));
-  }
-  known = known && home != HW_NONE;
-  float depth = camera_depth(camera, before);
-
-  uint width = HW_FRAME.region_width, height = HW_FRAME.region_height;
+  ScreenHome home = screen_home(path, state, mine.position, primary);
   uint neighbours = reuse_has(HW_REUSE_SPATIAL) ? HW_REUSE.neighbours : 0u;
   uint first = reuse_has(HW_REUSE_TEMPORAL) ? 0u : 1u;
-  uint count = known ? neighbours + 1u : 0u;
+  uint count = home.pixel != HW_NONE ? neighbours + 1u : 0u;
   uint random = random_stream(state.seed, HW_REUSE.pass, bounce + state.transparent, HW_STREAM_REUSE, HW_FRAME.seed);
   bool mis = HW_WEIGHTS == HW_REUSE_WEIGHTS_MIS;
 
@@ -90,16 +57,11 @@ void main() {
   for (uint pass = mis ? 0u : 1u; pass < passes; ++pass) {
     uint draws = random;
     for (uint i = first; i < count; ++i) {
-      float angle = 2.0 * HW_PI * random_next(draws), r = HW_REUSE.radius * sqrt(random_next(draws));
+      uint pixel;
+      ReuseSurface there;
+      bool taken = screen_neighbour(home, i, surface.normal, mine.key, draws, pixel, there);
       float u = random_next(draws);
-      int x = int(home % width) + (i == 0u ? 0 : int(round(r * cos(angle))));
-      int y = int(home / width) + (i == 0u ? 0 : int(round(r * sin(angle))));
-      if (x < 0 || y < 0 || x >= int(width) || y >= int(height)) continue;
-      uint pixel = uint(y) * width + uint(x);
-      if (i > 0u && pixel == home) continue;
-      ReuseSurface there = reuse_surface_load(HW_REUSE.screen_surfaces, pixel);
-      if (primary ? !similar(there, surface.normal, depth) : there.key == HW_NONE) continue;
-      if (primary && i == 0u && there.key != mine.key) continue;
+      if (!taken) continue;
       Reservoir r_i = reservoir_load(HW_REUSE.screen, pixel);
       float c_i = HW_REUSE.confidence_cap > 0.0 ? min(r_i.confidence, HW_REUSE.confidence_cap) : r_i.confidence;
       if (pass == 0u) {

@@ -48,7 +48,8 @@ class HEADWATER_OT_sampling_preset_add(AddPresetBase, bpy.types.Operator):
         own, cycles = scene.headwater, render_settings.cycles_of(scene)
         integrator = INTEGRATORS[own.integrator]
         values = [f"own.{name}" for name in ("integrator", "estimator", "use_cycles_settings", "light_choice")]
-        values += [f"own.{integrator.group}.{name}" for name in integrator.defaults]
+        group = integrator.group(own.estimator)
+        values += [f"own.{group}.{name}" for name in integrator.parameters(own.estimator)]
         return values + [f"cycles.{theirs}" if cycles else f"own.{ours}" for ours, theirs in _SETTINGS]
 
 

@@ -33,7 +33,10 @@ class HEADWATER_RENDER_PT_sampling(_RenderPanel, bpy.types.Panel):
     def draw(self, context):
         scene = context.scene
         own = scene.headwater
-        split(self.layout).prop(own, "integrator")
+        column = split(self.layout)
+        column.prop(own, "integrator")
+        if INTEGRATORS[own.integrator].unbiased:
+            column.prop(own, "estimator")
         paragraph(self.layout, context, INTEGRATORS[own.integrator].description)
         if hasattr(scene, "cycles"):
             self.layout.prop(own, "use_cycles_settings")
@@ -68,12 +71,10 @@ class HEADWATER_RENDER_PT_reservoirs(_RenderPanel, bpy.types.Panel):
         return bool(INTEGRATORS[context.scene.headwater.integrator].defaults)
 
     def draw(self, context):
-        own = context.scene.headwater
-        integrator = INTEGRATORS[own.integrator]
-        group = getattr(own, integrator.group)
+        group, names = reuse_properties.group_of(context.scene.headwater)
         layout = split(self.layout)
         section = None
-        for name in integrator.defaults:
+        for name in names:
             parameter = PARAMETERS[name]
             if parameter.section != section:
                 section, column = parameter.section, layout.column()
