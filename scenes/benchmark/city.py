@@ -17,7 +17,7 @@ LAMPS = 4  # of a car: two headlamps, two tail lamps
 def build(scene, lights: int, seed: int) -> None:
     """`lights` lamps, of which half, in fours, belong to cars; the rest stand along the streets.
 
-    Their power together does not depend on their number; above 1,000, neither does the area of what can be seen of them.
+    Their power together does not depend on their number; above 1,000, neither does the area in which they are seen.
     """
     rng = np.random.default_rng(seed)
     extent = streets.town(scene, rng)

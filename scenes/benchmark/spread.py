@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Copies of a few things at many places: objects of their own, or, where there are too many for Blender's lists, instances
-on the vertices of meshes. A million lamps as objects take minutes and gigabytes; as instances, a second."""
+"""Copies of a few things at many places: objects of their own, or, where there are too many for Blender's lists,
+instances on the vertices of meshes. A million lamps as objects take minutes and gigabytes; as instances, a second."""
 
 import bpy
 import numpy as np

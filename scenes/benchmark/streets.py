@@ -17,7 +17,7 @@ STEP = BLOCK + STREET
 def build(scene, lights: int, seed: int) -> None:
     """`lights` lamps: three fifths points, a quarter spots, the rest areas; many small ones, a few strong ones.
 
-    Their power together does not depend on their number; above 1,000, neither does the area of what can be seen of them.
+    Their power together does not depend on their number; above 1,000, neither does the area in which they are seen.
     """
     rng = np.random.default_rng(seed)
     extent = town(scene, rng)
