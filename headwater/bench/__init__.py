@@ -32,7 +32,7 @@ def add_arguments(parser) -> None:
         metavar="NAME[:OPTION=VALUE,…]",
         help="integrators of ours, such as path:lights=power or restir:candidates=16,neighbours=3 (default: path)",
     )
-    add("--time", type=seconds, default=60.0, metavar="S", help="seconds of the longest render (default: 60)")
+    add("--time", type=seconds, default=60.0, metavar="S", help="of sampling, of the longest render (default: 60)")
     add("--seeds", type=positive, default=5, help="independent repetitions; medians count (default: 5)")
     add("--size", type=size, metavar="WxH", help="default 640x360; with --gpu-report 1920x1080")
     add("--max-bounces", type=natural, default=0, metavar="N", help="0: direct light only (default)")

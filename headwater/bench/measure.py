@@ -123,7 +123,7 @@ def chosen_reference(found: Measured, choice: str, engine: str):
 
 def _race(found: Measured, engines, args, progress) -> None:
     """Seed by seed, counts of samples from 1 on, the contestants taking turns at leading. A contestant's largest count
-    is the one whose time reached args.time with the first seed; other seeds have the same counts."""
+    is the last whose sampling took at most args.time with the first seed; other seeds have the same counts."""
     counts = {c.text: [1] for c in found.contestants}
     for seed in range(1, args.seeds + 1):
         step = 0
@@ -144,8 +144,8 @@ def _race(found: Measured, engines, args, progress) -> None:
                 _keep(found, args, contestant, seed, samples, pictures, costs)
                 longest = max(cost[WITH_SYNC] for cost in costs)
                 progress.note(f"{label}: {longest:.2f} s, error {_last(found, contestant, seed):.4g}")
-                following = longest + (GROWTH - 1) * max(cost[SAMPLING] for cost in costs)
-                if seed == 1 and following <= args.time and samples < 1 << 24:
+                sampling = max(cost[SAMPLING] for cost in costs)
+                if seed == 1 and GROWTH * sampling <= args.time and samples < 1 << 24:
                     counts[contestant.text].append(samples * GROWTH)
             step += 1
 

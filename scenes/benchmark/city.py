@@ -73,7 +73,7 @@ def _traffic(scene, cars: int, rng, extent: float, power: float, size: float) ->
             places = np.column_stack([across, along[mine], np.zeros(mine.sum())])
         turn = Matrix.Rotation(math.pi / 2 * axis + (math.pi if way < 0 else 0.0), 4, "Z")
         things = [[(data, turn @ matrix) for data, matrix in kind] for kind in parts]
-        spread.spread(scene, "Car", things, paint_of[mine], places, mover)
+        spread.spread(scene, "Car", things, paint_of[mine], places, mover, count=cars * (1 + LAMPS))
 
 
 def _linear(mover) -> None:

@@ -9,14 +9,15 @@ from mathutils import Matrix
 OBJECTS = 10_000  # most copies made as objects of their own
 
 
-def spread(scene, name: str, things: list, which, places, parent=None) -> None:
+def spread(scene, name: str, things: list, which, places, parent=None, count: int = 0) -> None:
     """Puts thing `which[i]` at `places[i]`.
 
     things: each a list of parts (object data, 4 x 4 matrix in the thing's space); copies share the data. which: (N,)
     indices into things. places: (N, 3) metres, in the space of `parent`, an object that is neither turned nor scaled.
+    count: of all copies that the scene has, where these are but a part of them.
     """
     which, places = np.asarray(which), np.asarray(places, np.float32)
-    if len(places) <= OBJECTS:
+    if max(len(places), count) <= OBJECTS:
         for thing, place in zip(which, places, strict=True):
             for data, matrix in things[thing]:
                 made = bpy.data.objects.new(name, data)
