@@ -88,7 +88,7 @@ def _against(args) -> int:
         "cycles": [contestants.parse("cycles", core)],
     }
     makers["together"] = makers["own"] = makers["headwater"] + makers["cycles"]
-    device, tracer = _device(core, args)
+    device, tracer = _device(core, args, racers + makers[args.reference])
     os.makedirs(args.output, exist_ok=True)
     check_output(os.path.join(args.output, "bench.json"), ())
     description = _description(args, device, tracer)
@@ -113,12 +113,16 @@ def _against(args) -> int:
     return EXIT_FAILED if failed else 0
 
 
-def _device(core, args) -> tuple[str, str]:
-    """The device and tracer that Headwater takes; UserError before any work where there is none."""
+def _device(core, args, racers) -> tuple[str, str]:
+    """The device and tracer that Headwater takes; UserError before any work where there is none, or where it refuses
+    what a contestant asks for."""
+    from headwater.bench.contestants import check_lights
+
     try:
         context = core.Context(device=args.device, tracer=args.tracer, threads=args.threads)
     except Exception as error:
         raise UserError(first_line(error)) from error
+    check_lights(core, context, racers)
     return context.device["name"], context.tracer
 
 

@@ -4,6 +4,8 @@
 import argparse
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from headwater import render_reuse
 from headwater.errors import EXIT_USAGE, UserError, choose, first_line
 from headwater.integrators import PARAMETERS
@@ -51,6 +53,27 @@ def parse(text: str, core) -> Contestant:
     except (ValueError, TypeError) as error:
         raise UserError(f"'{text}': {first_line(error)}", EXIT_USAGE) from error
     return Contestant(text, "headwater", name, given.get("lights"), given.get("estimator"), parameters)
+
+
+def check_lights(core, context, contestants: list) -> None:
+    """Raises UserError for a choice of lights that the core refuses, alone or with the integrator. It tells only at the
+    start of a render: one of a single pixel of nothing is started."""
+    session = None
+    for each in contestants:
+        if each.lights is None:
+            continue
+        if session is None:
+            nothing = core.Scene()
+            nothing.set_camera("perspective", np.eye(4, dtype=np.float32)[:3].copy(), (-1.0, 1.0, -1.0, 1.0))
+            session = core.Session(context, nothing)
+            session.sync()
+        settings = {"width": 1, "height": 1, "samples": 1, "integrator": each.integrator, "lights": each.lights}
+        try:
+            session.start(settings)
+        except (ValueError, TypeError) as error:
+            raise UserError(f"'{each.text}': {first_line(error)}", EXIT_USAGE) from error
+        session.cancel()
+        session.finish()
 
 
 def _cycles(text: str, options: dict) -> Contestant:
