@@ -13,7 +13,7 @@ from headwater.errors import UserError
 from headwater.metrics import error_metrics
 
 GROWTH = 2  # of sample counts from one render to the next
-WITH_SYNC, SAMPLING = "seconds", "sampling_seconds"  # the two ways in which time counts
+WITH_SYNC, SAMPLING, CPU = "seconds", "sampling_seconds", "cpu_seconds"  # ways in which time counts
 
 
 @dataclass
@@ -24,7 +24,7 @@ class Point:
     seconds: float  # of everything: sync, build, sampling
     sampling_seconds: float
     sync_build_seconds: float
-    cpu_seconds: float
+    cpu_seconds: float  # of all threads and everything
     errors: dict  # metrics.error_metrics
 
 
@@ -44,7 +44,7 @@ class Measured:
     stopped: bool = False
 
     def curves(self, name: str, time: str, frame: int = -1) -> list:
-        """(seconds, trimmed relMSE) curves of a contestant, one a seed. time: WITH_SYNC or SAMPLING."""
+        """(seconds, trimmed relMSE) curves of a contestant, one a seed. time: WITH_SYNC, SAMPLING or CPU."""
         found = []
         for frames in self.points.get(name, {}).values():
             points = frames[frame] if frames else []
@@ -158,7 +158,7 @@ def _keep(found, args, contestant, seed, samples, pictures, costs) -> None:
             errors = error_metrics(picture, expected)
         except ValueError as error:
             raise UserError(f"'{os.path.basename(found.file)}' by {contestant.text}: {error}") from error
-        times = {name: cost[name] for name in (WITH_SYNC, SAMPLING, "sync_build_seconds", "cpu_seconds")}
+        times = {name: cost[name] for name in (WITH_SYNC, SAMPLING, "sync_build_seconds", CPU)}
         points.append(Point(samples, errors=errors, **times))
     if seed == 1:
         found.pictures[contestant.text, samples] = np.asarray(pictures[-1], np.float32)

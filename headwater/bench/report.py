@@ -10,13 +10,14 @@ import tempfile
 import numpy as np
 
 from headwater.bench.curves import shown
-from headwater.bench.measure import SAMPLING, WITH_SYNC, Measured, chosen_reference, disagreement_line
+from headwater.bench.measure import CPU, SAMPLING, WITH_SYNC, Measured, chosen_reference, disagreement_line
 from headwater.bench.plot import COLOURS, log_log
 from headwater.figures.display import exposure_of, tone_map
 from headwater.image_io import write_png8
 from headwater.output import write_text
 
-_TIMES = ((WITH_SYNC, "with sync and build"), (SAMPLING, "sampling alone"))
+_PLOTS = ((WITH_SYNC, "with sync and build"), (SAMPLING, "sampling alone"))
+_TIMES = (WITH_SYNC, SAMPLING, CPU)
 _STYLE = """
 body{background:#18181b;color:#e4e4e7;font:15px/1.5 system-ui,sans-serif;margin:2em auto;
 max-width:1500px;padding:0 1.5em}
@@ -60,7 +61,7 @@ def comparisons(found: Measured, against: str) -> list:
         if contestant.text == against:
             continue
         for index, frame in enumerate(found.frames):
-            for time, _ in _TIMES:
+            for time in _TIMES:
                 result = found.against(contestant.text, against, time, index)
                 rows.append({"contestant": contestant.text, "frame": frame, "time": time, "result": result})
     return rows
@@ -68,7 +69,8 @@ def comparisons(found: Measured, against: str) -> list:
 
 def table(found: Measured, against: str) -> list:
     """Rows of text: a contestant and frame a row, the first row a header."""
-    rows = [["", "s at equal error", against, f"faster than {against}", "sampling alone", "error", "sync + build s"]]
+    rows = [["", "s at equal error", against, f"faster than {against}", "sampling alone", "in CPU s", "error"]]
+    rows[0].append("sync + build s")
     by_key = {(r["contestant"], r["frame"], r["time"]): r["result"] for r in comparisons(found, against)}
     for contestant in found.contestants:
         for index, frame in enumerate(found.frames):
@@ -77,11 +79,12 @@ def table(found: Measured, against: str) -> list:
             if contestant.text == against:
                 best = found.median(against, WITH_SYNC, index)
                 error = f"{min(e for _, e in best):.3g}" if best else "n/a"
-                rows.append([name, "", "", "", "", f"{error} at last", sync])
+                rows.append([name, "", "", "", "", "", f"{error} at last", sync])
                 continue
-            whole, alone = (by_key[contestant.text, frame, time] for time, _ in _TIMES)
+            whole, alone, cpu = (by_key[contestant.text, frame, time] for time in _TIMES)
             seconds = [f"{s:.3g}" for s in whole["seconds"]] if whole else ["n/a", "n/a"]
-            rows.append([name, *seconds, shown(whole), shown(alone), f"{whole['error']:.3g}" if whole else "n/a", sync])
+            error = f"{whole['error']:.3g}" if whole else "n/a"
+            rows.append([name, *seconds, shown(whole), shown(alone), shown(cpu), error, sync])
     return rows
 
 
@@ -132,7 +135,7 @@ def _file(found: Measured, run: dict, against: str) -> str:
     out.append("</table><p>n/a, &gt; and &lt;: the curves do not overlap in error, or only in part.</p>")
     for index, frame in enumerate(found.frames):
         out.append("<div class=row>")
-        for time, title in _TIMES:
+        for time, title in _PLOTS:
             series = [
                 (
                     c.text,
