@@ -102,9 +102,8 @@ def test_median_curve_ends_with_the_shortest():
 def noisy(mean, noise, parts, seed):
     rng = np.random.default_rng(seed)
     runs = mean + rng.normal(0, noise, (parts, *mean.shape))
-    total = runs.mean(axis=0)
-    own = [reference._own_error(runs.var(axis=0)[0] / (parts - 1), total[0])]
-    return reference.Reference(total, np.array(own), 1, 1.0)
+    own = [reference.own_error(runs[::2].mean(axis=0)[0], runs[1::2].mean(axis=0)[0])]
+    return reference.Reference(runs.mean(axis=0), np.array(own), 1, 1.0)
 
 
 def test_references_agree_within_noise():
@@ -115,6 +114,20 @@ def test_references_agree_within_noise():
     assert facts["share"] == pytest.approx(16 / 17, abs=0.02)  # by inverse variance
     error = np.mean(np.square(both.pixels - mean) / 0.26)
     assert error == pytest.approx(both.error[0], rel=0.25)
+
+
+def test_a_reference_knows_what_it_missed():
+    """Rare bright samples: most pixels have none, and their scatter says 0."""
+    rng = np.random.default_rng(3)
+    mean = np.full((1, 60, 80, 3), 0.5)
+
+    def rare(seed):
+        runs = (np.random.default_rng(seed).random((4, 1, 60, 80, 1)) < 0.05) / 0.05 * mean
+        own = [reference.own_error(runs[::2].mean(axis=0)[0], runs[1::2].mean(axis=0)[0])]
+        return reference.Reference(runs.mean(axis=0), np.array(own), 1, 1.0)
+
+    _, (facts,) = reference.agree(rare(rng.integers(99)), rare(rng.integers(100, 199)))
+    assert not measure.systematic(facts)
 
 
 def test_references_that_differ_are_told():

@@ -67,6 +67,9 @@ def run(args) -> int:
 def _against(args) -> int:
     from headwater.bench import contestants
     from headwater.bench.measure import measure
+    from headwater.bench.process import machine
+    from headwater.bench.report import table, write_report
+    from headwater.bench.text import print_table
 
     if not args.files:
         raise UserError("which .blend? (or --gpu-report)", EXIT_USAGE)
@@ -91,7 +94,7 @@ def _against(args) -> int:
     device, tracer = _device(core, args, racers + makers[args.reference])
     os.makedirs(args.output, exist_ok=True)
     check_output(os.path.join(args.output, "bench.json"), ())
-    description = _description(args, device, tracer)
+    description = _description(args, device, tracer) | {"machine": machine()}
     progress, results, failed = Progress(), [], False
     with interrupt.Watch():
         for file in args.files:
@@ -103,10 +106,14 @@ def _against(args) -> int:
                 continue
             results.append(found)
             failed = failed or bool(found.failures)
-            _show(found, args.against)
+            print(os.path.basename(file) + (" (stopped)" if found.stopped else ""))
+            print_table(table(found, args.against))
+            sys.stdout.flush()
             if interrupt.requested():
                 break
-        _write(args, description, results)
+        if results:
+            write_report(args.output, description, results, args.against)
+            print(os.path.join(args.output, "index.html"))
     progress.close()
     if interrupt.requested():
         return EXIT_INTERRUPTED
@@ -127,29 +134,10 @@ def _device(core, args, racers) -> tuple[str, str]:
 
 
 def _description(args, device: str, tracer: str) -> dict:
-    from headwater.bench.process import machine
-
     settings = {name: value for name, value in vars(args).items() if name not in ("run", "command", "files", "output")}
     settings["frames"] = list(args.frames) if args.frames is not None else None
     # Folders are the reader's own business: names alone stay in the report.
     words = [os.path.basename(w) if os.sep in w else w for w in sys.argv[1:]]
     command = "headwater " + " ".join(shlex.quote(word) for word in words)
     about = {"headwater": __version__, "device": device, "tracer": tracer, "command": command}
-    return about | {"machine": machine(), "settings": settings}
-
-
-def _show(found, against: str) -> None:
-    from headwater.bench.report import table
-    from headwater.bench.text import print_table
-
-    print(os.path.basename(found.file) + (" (stopped)" if found.stopped else ""))
-    print_table(table(found, against))
-    sys.stdout.flush()
-
-
-def _write(args, description: dict, results: list) -> None:
-    from headwater.bench.report import write_report
-
-    if results:
-        write_report(args.output, description, results, args.against)
-        print(os.path.join(args.output, "index.html"))
+    return about | {"settings": settings}

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """References: long renders by both engines, how far they disagree, and what the two say together.
 
-Each is the mean of several renders with seeds of their own (far from those of the measured pictures), whose scatter
-tells its own error. They are kept in DIR/references under a hash of the .blend's bytes and of all that changes them.
+Each is the mean of two halves with seeds of their own (far from those of the measured pictures), whose difference
+tells its own error: a picture can't tell it, as where it missed what is rare it does not know so. They are kept in
+DIR/references under a hash of the .blend's bytes and of all that changes them.
 """
 
 import hashlib
@@ -18,7 +19,7 @@ from headwater.metrics import error_metrics
 from headwater.output import atomic_path
 
 SEEDS = 1_000_003  # the first one; those of the measured pictures count from 1
-PARTS = 4  # renders that a reference is the mean of
+PARTS = 4  # renders that a reference is the mean of, by turns of its halves
 
 
 @dataclass(frozen=True)
@@ -49,17 +50,15 @@ def make(engines, contestant: Contestant, seconds: float, folder: str, key: str,
     if kept is not None:
         return kept
     samples = _samples(engines, contestant, seconds / PARTS, label)
-    total, square, spent = 0.0, 0.0, 0.0
+    halves, spent = [0.0, 0.0], 0.0
     for part in range(PARTS):
         pictures, costs = engines.render(contestant, SEEDS + part, samples, f"{label} {part + 1}/{PARTS}")
         stack = np.stack(pictures).astype(np.float64)
         stack[~np.isfinite(stack)] = 0.0
-        total, square = total + stack, square + np.square(stack)
+        halves[part % 2] = halves[part % 2] + stack / (PARTS // 2)
         spent += sum(cost["sampling_seconds"] for cost in costs)
-    mean = total / PARTS
-    variance = np.maximum(square / PARTS - np.square(mean), 0) / (PARTS - 1)  # of the mean
-    error = np.array([_own_error(v, m) for v, m in zip(variance, mean, strict=True)])
-    made = Reference(mean.astype(np.float32), error, samples * PARTS, spent)
+    error = np.array([own_error(a, b) for a, b in zip(*halves, strict=True)])
+    made = Reference(((halves[0] + halves[1]) / 2).astype(np.float32), error, samples * PARTS, spent)
     os.makedirs(folder, exist_ok=True)
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **vars(made))
@@ -85,9 +84,9 @@ def _samples(engines, contestant, seconds: float, label: str) -> int:
         samples *= 4
 
 
-def _own_error(variance: np.ndarray, mean: np.ndarray) -> float:
-    """Trimmed relMSE that noise of this variance has in the mean."""
-    return error_metrics(mean + np.sqrt(variance), mean)["relmse_trimmed"]
+def own_error(a: np.ndarray, b: np.ndarray) -> float:
+    """Trimmed relMSE of the noise in the mean of two independent halves: a quarter of that between them."""
+    return (error_metrics(a, b)["relmse_trimmed"] + error_metrics(b, a)["relmse_trimmed"]) / 8
 
 
 def agree(a: Reference, b: Reference) -> tuple[Reference, list]:
@@ -100,13 +99,13 @@ def agree(a: Reference, b: Reference) -> tuple[Reference, list]:
     for x, y, ex, ey in zip(a.pixels, b.pixels, a.error, b.error, strict=True):
         share = ey / (ex + ey) if ex + ey > 0 else 0.5
         mean = share * x + (1 - share) * y
-        found = error_metrics(x, y)
+        found, turned = error_metrics(x, y), error_metrics(y, x)
         pixels.append(mean)
         errors.append(share**2 * ex + (1 - share) ** 2 * ey)
         facts.append(
             {
                 "mean_signed_error_percent": found["mean_signed_error_percent"],
-                "relmse_trimmed": found["relmse_trimmed"],
+                "relmse_trimmed": (found["relmse_trimmed"] + turned["relmse_trimmed"]) / 2,
                 "expected": float(ex + ey),
                 "share": float(share),
             }
