@@ -70,7 +70,7 @@ def common_error(ours: list, theirs: list) -> float:
 
 def comparison(ours: list, theirs: list) -> dict | None:
     """Speedup of curves `ours` over `theirs`, each a list with one curve a seed, paired by seed: at the smallest error
-    both medians reach. None where a side has no points.
+    both medians reach. None where a side has no points. `ratio`: median of the seeds'; `bound`: of the medians.
 
     {"error", "seconds": (ours, theirs) of the medians, "ratio", "bound", "ratios": one a seed, "spread": (least, most)}
     """
@@ -81,14 +81,13 @@ def comparison(ours: list, theirs: list) -> dict | None:
     error = common_error(a, b)
     if not error > 0:
         return None
-    of_medians = speedup(a, b, error)
     by_seed = [speedup(x, y, error) for x, y in zip(ours, theirs, strict=False)]
     ratios = [each.ratio for each in by_seed]
     return {
         "error": error,
         "seconds": [time_to_error(a, error).seconds, time_to_error(b, error).seconds],
-        "ratio": of_medians.ratio,
-        "bound": of_medians.bound,
+        "ratio": statistics.median(ratios),
+        "bound": speedup(a, b, error).bound,
         "ratios": ratios,
         "bounds": [each.bound for each in by_seed],
         "spread": [min(ratios), max(ratios)],

@@ -26,6 +26,7 @@ class Engines:
     def __init__(self, file: str, args, frames, progress):
         self.file, self._args, self.frames, self._progress = file, args, frames, progress
         self._workers, self.blender, self._warm = {}, None, set()
+        self.part = 0.0  # of all the work that is done, for the progress line
         self._folder = tempfile.TemporaryDirectory(prefix="headwater-bench-")
 
     def __enter__(self):
@@ -87,7 +88,7 @@ class Engines:
         def waiting(seconds):
             if interrupt.requested():
                 raise Stopped
-            self._progress.update_text(label, 0.0, format_seconds(seconds))
+            self._progress.update_text(label, self.part, format_seconds(seconds))
 
         try:
             return self._workers[engine].ask(question, self._args.timeout, waiting)

@@ -127,6 +127,7 @@ def _race(found: Measured, engines, args, progress) -> None:
     counts = {c.text: [1] for c in found.contestants}
     for seed in range(1, args.seeds + 1):
         step = 0
+        engines.part = (seed - 1) / args.seeds
         while True:
             active = [c for c in found.contestants if step < len(counts[c.text]) and c.text not in found.failures]
             if not active:
