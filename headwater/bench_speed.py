@@ -17,6 +17,8 @@ import sys
 import tempfile
 import time
 
+from headwater.bench.process import environment, last_words, machine
+from headwater.bench.text import print_table
 from headwater.errors import EXIT_FAILED, EXIT_USAGE, UserError
 from headwater.render import BLEND, TRACERS, check_file, natural, positive, size
 
@@ -65,7 +67,7 @@ def run(args) -> int:
         raise UserError("--samples: FEW must be less than MANY", EXIT_USAGE)
     if args.max_ratio is not None and args.mode != "stills":
         raise UserError(f"--max-ratio is of seconds a sample, which mode {args.mode} does not measure", EXIT_USAGE)
-    report = {"machine": _machine(), "settings": _settings(args), "files": []}
+    report = {"machine": machine(), "settings": _settings(args), "files": []}
     failed = False
     for file in args.files:
         results = {engine: [] for engine in ENGINES}
@@ -100,16 +102,6 @@ def _ratio(text: str) -> float:
     return value
 
 
-def _machine() -> dict:
-    cpu = ""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            cpu = next((line.split(":")[1].strip() for line in file if line.startswith("model name")), "")
-    except OSError:
-        pass
-    return {"cpu": cpu, "cores": os.cpu_count(), "load_before": os.getloadavg()}
-
-
 def _settings(args) -> dict:
     names = ("size", "samples", "rounds", "repeats", "max_bounces", "threads", "device", "tracer", "cold", "mode")
     return {name: getattr(args, name) for name in (*names, "frames", "move", "persistent")}
@@ -135,15 +127,11 @@ def _measure(args, file: str, engine: str) -> dict:
         "move": args.move,
         "persistent": args.persistent or args.mode == "script",
     }
-    environment = dict(os.environ)
-    package_root = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, (package_root, environment.get("PYTHONPATH"))))
-    if args.threads:
-        environment["LP_NUM_THREADS"] = str(args.threads)  # lavapipe's own threads
+    variables = environment(args.threads)
     with tempfile.TemporaryDirectory(prefix="headwater-bench-") as folder:
         if args.cold:
-            environment["XDG_CACHE_HOME"] = os.path.join(folder, "cache")
-            environment.pop("MESA_SHADER_CACHE_DIR", None)
+            variables["XDG_CACHE_HOME"] = os.path.join(folder, "cache")
+            variables.pop("MESA_SHADER_CACHE_DIR", None)
         job_path, result_path, log_path = (os.path.join(folder, n) for n in ("job.json", "result.json", "log"))
         with open(job_path, "w", encoding="utf-8") as out:
             json.dump(job, out)
@@ -152,14 +140,13 @@ def _measure(args, file: str, engine: str) -> dict:
             command = [sys.executable, "-m", "headwater.bench_speed_worker", job_path, result_path]
             try:
                 status = subprocess.run(
-                    command, env=environment, stdout=log, stderr=log, timeout=args.timeout, check=False
+                    command, env=variables, stdout=log, stderr=log, timeout=args.timeout, check=False
                 ).returncode
             except subprocess.TimeoutExpired:
                 raise UserError(f"'{file}' by {engine}: more than {args.timeout} s") from None
         if not os.path.exists(result_path):
-            with open(log_path, encoding="utf-8", errors="replace") as log:
-                last = [line.strip() for line in log if line.strip()][-1:]
-            raise UserError(f"'{file}' by {engine}: the process ended with status {status}: {''.join(last)}")
+            said = last_words(log_path)
+            raise UserError(f"'{file}' by {engine}: the process ended with status {status}: {said}")
         with open(result_path, encoding="utf-8") as file_in:
             result = json.load(file_in)
     if "error" in result:
@@ -225,7 +212,7 @@ def _print_stills(entry: dict) -> float | None:
     ratios = {key: _quotient(entry["headwater"][key], entry["cycles"][key]) for key, _, _ in _COLUMNS}
     entry["ratio"] = ratios
     rows.append(["ratio", *("n/a" if ratios[key] is None else f"{ratios[key]:.3f}" for key, _, _ in _COLUMNS)])
-    _print_table(rows)
+    print_table(rows)
     return ratios["sample_seconds"]
 
 
@@ -237,10 +224,4 @@ def _print_frames(entry: dict) -> None:
         seconds = entry[engine]["sync_build_seconds"]
         share = _quotient(seconds[1], seconds[0]) if count > 1 else None
         rows.append([engine, *(f"{s:.4f}" for s in seconds), "n/a" if share is None else f"{share:.2%}"])
-    _print_table(rows)
-
-
-def _print_table(rows) -> None:
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    for label, *cells in rows:
-        print("  ".join([label.ljust(widths[0]), *(c.rjust(w) for c, w in zip(cells, widths[1:], strict=True))]))
+    print_table(rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The `headwater` command: render, compare, figures, info, bench-tracer, bench-speed.
+"""The `headwater` command: render, compare, figures, info, bench, bench-tracer, bench-speed.
 
 Exit status: 0 done, 1 the work failed, 2 the request is wrong, 130 stopped by Ctrl-C. User errors are one line on
 stderr; HEADWATER_DEBUG=1 shows where they came from.
@@ -22,7 +22,7 @@ class _Parser(argparse.ArgumentParser):
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all subcommands. Each subcommand's module is imported only to declare its options or to run."""
-    from headwater import bench_speed, bench_tracer, compare, figures, info, render
+    from headwater import bench, bench_speed, bench_tracer, compare, figures, info, render
 
     parser = _Parser(prog="headwater", description="Headwater renders Blender and USD scenes and measures images.")
     parser.add_argument("--version", action="version", version=f"headwater {__version__}")
@@ -32,6 +32,7 @@ def build_parser() -> argparse.ArgumentParser:
         ("compare", compare, "error of images against references, as JSON"),
         ("figures", figures, "the paper's figures on scenes of ours, measured, as one report page"),
         ("info", info, "versions, devices and what they can do"),
+        ("bench", bench, "error against time beside Cycles, or the speed report of a device"),
         ("bench-tracer", bench_tracer, "rays per second of a tracer beside a plain loop on the same rays"),
         ("bench-speed", bench_speed, "seconds of the same .blend by Headwater and by Cycles"),
     ):

@@ -17,12 +17,12 @@ def add_arguments(parser) -> None:
         "integrator does not read is refused. docs/manual/reuse.md says what they do to the picture.",
     )
     for parameter in PARAMETERS.values():
-        kind, metavar = _form(parameter)
+        kind, metavar = form(parameter)
         group.add_argument(parameter.flag, type=kind, metavar=metavar, help=help_text(parameter))
 
 
-def _form(parameter):
-    """(type, metavar) of the option."""
+def form(parameter):
+    """(type, metavar) of a parameter's option."""
     match parameter:
         case Whole():
             return _whole, "N"

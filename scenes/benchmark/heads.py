@@ -10,6 +10,22 @@ import surfaces
 
 def build(scene, lights: int, seed: int) -> None:
     """`lights` area lamps in a ring above the objects; their power together does not depend on their number."""
+    objects(scene, seed)
+    for i in range(lights):
+        angle = 2 * math.pi * (i + 0.5) / lights
+        data = bpy.data.lights.new("Area", "AREA")
+        data.energy = 6000.0 / lights
+        data.color = surfaces.hue(0.08 + 0.5 * i / lights, 0.25, 1.0)
+        data.shape = ("SQUARE", "RECTANGLE", "DISK", "ELLIPSE")[i % 4]
+        data.size, data.size_y = 3.0, 1.5
+        lamp = bpy.data.objects.new("Area", data)
+        lamp.location = (11 * math.cos(angle), 11 + 11 * math.sin(angle), 8)
+        lamp.rotation_euler = (math.radians(45), 0, angle + math.pi / 2)
+        scene.collection.objects.link(lamp)
+
+
+def objects(scene, seed: int) -> None:
+    """The floor, what stands on it, and the camera."""
     rng = np.random.default_rng(seed)
     images = surfaces.Images()
     materials = surfaces.row(images)
@@ -31,17 +47,6 @@ def build(scene, lights: int, seed: int) -> None:
         else:
             _solid(number % 4, at, turn)
         bpy.context.object.data.materials.append(materials[int(rng.integers(len(materials)))])
-    for i in range(lights):
-        angle = 2 * math.pi * (i + 0.5) / lights
-        data = bpy.data.lights.new("Area", "AREA")
-        data.energy = 6000.0 / lights
-        data.color = surfaces.hue(0.08 + 0.5 * i / lights, 0.25, 1.0)
-        data.shape = ("SQUARE", "RECTANGLE", "DISK", "ELLIPSE")[i % 4]
-        data.size, data.size_y = 3.0, 1.5
-        lamp = bpy.data.objects.new("Area", data)
-        lamp.location = (11 * math.cos(angle), 11 + 11 * math.sin(angle), 8)
-        lamp.rotation_euler = (math.radians(45), 0, angle + math.pi / 2)
-        scene.collection.objects.link(lamp)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0, -13, 7.5)
     camera.rotation_euler = (math.radians(69), 0, 0)

@@ -1,12 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the .blend files that `headwater bench-speed` and the measurement pages use.
+"""Makes the .blend files that `headwater bench`, `headwater bench-speed` and the measurement pages use.
 
     python scenes/benchmark/make_benchmark.py heads   -o heads-4.blend       --lights 4
     python scenes/benchmark/make_benchmark.py streets -o streets-1000.blend  --lights 1000
-    python scenes/benchmark/make_benchmark.py rooms   -o rooms-1000.blend    --lights 1000
 
-Runs in bpy. Everything, pictures too, is made here and packed. The same arguments make the same scene. Frame 2 differs
-from frame 1 in the place of one object (keyframes), to measure what a small change costs.
+| KIND    | --lights N counts                                         | default |
+| ------- | --------------------------------------------------------- | ------- |
+| heads   | large area lamps over a hundred objects                   | 4       |
+| sun     | suns over the same objects                                | 1       |
+| sky     | small bright discs in a sky's picture, the only light     | 1       |
+| streets | lamps of all kinds in a town                              | 1,000   |
+| city    | the same town; half the lamps are cars' and move          | 1,000   |
+| rooms   | emissive spheres in a maze of rooms, mostly hidden        | 1,000   |
+| shades  | lamps within shades of cloth, paper and metal in a hall   | 400     |
+| neon    | neon tubes over a glossy street                           | 200     |
+
+Up to 10^6 lights: above 10,000 they are instances (spread.py). Runs in bpy. Everything, pictures too, is made here and
+packed. The same arguments make the same scene. But for the city's 48 frames, frame 2 differs from frame 1 in the place
+of one object (keyframes), to measure what a small change costs.
 """
 
 import argparse
@@ -18,11 +29,24 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import city
 import heads
+import neon
 import rooms
+import shades
+import skies
 import streets
 
-KINDS = {"heads": (heads.build, 4), "streets": (streets.build, 1000), "rooms": (rooms.build, 1000)}
+KINDS = {
+    "heads": (heads.build, 4),
+    "sun": (skies.build_sun, 1),
+    "sky": (skies.build_sky, 1),
+    "streets": (streets.build, 1000),
+    "city": (city.build, 1000),
+    "rooms": (rooms.build, 1000),
+    "shades": (shades.build, 400),
+    "neon": (neon.build, 200),
+}
 
 
 def make(kind: str, lights: int | None = None, size=(640, 360), seed: int = 1) -> None:
@@ -37,11 +61,17 @@ def make(kind: str, lights: int | None = None, size=(640, 360), seed: int = 1) -
     build(scene, default if lights is None else lights, seed)
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.sample_clamp_indirect = 0.0
-    moved = next(o for o in reversed(scene.objects) if o.type == "MESH")
+    if scene.frame_end == 2:
+        _move_one(scene)
+    scene.frame_set(1)
+
+
+def _move_one(scene) -> None:
+    """Keys the place of the last mesh, not of one that holds instances' places or one among those."""
+    moved = next(o for o in reversed(scene.objects) if o.type == "MESH" and o.instance_type == "NONE" and not o.parent)
     moved.keyframe_insert("location", frame=1)
     moved.location.x += 0.3
     moved.keyframe_insert("location", frame=2)
-    scene.frame_set(1)
 
 
 def main() -> int:
@@ -49,7 +79,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("kind", choices=list(KINDS))
     parser.add_argument("-o", "--output", required=True, metavar="FILE.blend")
-    parser.add_argument("--lights", type=int, metavar="N", help="lamps, or emissive spheres in rooms")
+    parser.add_argument("--lights", type=int, metavar="N", help="what they are: see the table in this file")
     parser.add_argument("--size", default="640x360", metavar="WxH")
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else None)

@@ -5,7 +5,9 @@ import math
 
 import bpy
 import numpy as np
+import spread
 import surfaces
+from mathutils import Matrix
 
 SIDE, HEIGHT, WALL, DOOR = 6.0, 3.2, 0.2, 1.4  # metres
 
@@ -37,28 +39,53 @@ def build(scene, lights: int, seed: int) -> None:
         mesh.materials.clear()
         mesh.materials.append(material)
         meshes.append(mesh)
-    for row in range(columns):
-        for column in range(columns):
-            corner = np.array([(column - columns / 2) * SIDE, row * SIDE])
+    if 3 * columns**2 > spread.OBJECTS:
+        corners = _corners(np.repeat(np.arange(columns**2), 3), columns)
+        places = np.column_stack([corners + rng.uniform(1.2, SIDE - 1.2, corners.shape), np.full(len(corners), 0.6)])
+        turns = [Matrix.Rotation(turn, 4, "Z") for turn in rng.uniform(-math.pi, math.pi, 4 * len(meshes))]
+        heads = [[(meshes[i % len(meshes)], turn)] for i, turn in enumerate(turns)]
+        spread.spread(scene, "Head", heads, rng.integers(len(heads), size=len(places)), places)
+    else:
+        for room in range(columns**2):
+            corner = _corners(room, columns)
             for _ in range(3):
                 thing = bpy.data.objects.new("Head", meshes[int(rng.integers(len(meshes)))])
                 thing.location = (*(corner + rng.uniform(1.2, SIDE - 1.2, 2)), 0.6)
                 thing.rotation_euler = (0, 0, float(rng.uniform(-math.pi, math.pi)))
                 scene.collection.objects.link(thing)
     spheres = [_sphere(i) for i in range(8)]
-    for i in range(lights):
-        room = i % columns**2
-        corner = np.array([(room % columns - columns / 2) * SIDE, room // columns * SIDE])
-        sphere = bpy.data.objects.new("Lamp", spheres[int(rng.integers(len(spheres)))])
-        sphere.location = (*(corner + rng.uniform(0.5, SIDE - 0.5, 2)), float(rng.uniform(1.8, HEIGHT - 0.3)))
-        sphere.scale = (float(rng.uniform(0.5, 1.5)),) * 3
-        scene.collection.objects.link(sphere)
+    if lights > spread.OBJECTS:
+        _instanced_lamps(scene, spheres, lights, columns, rng)
+    else:
+        for i in range(lights):
+            room = i % columns**2
+            corner = _corners(room, columns)
+            sphere = bpy.data.objects.new("Lamp", spheres[int(rng.integers(len(spheres)))])
+            sphere.location = (*(corner + rng.uniform(0.5, SIDE - 0.5, 2)), float(rng.uniform(1.8, HEIGHT - 0.3)))
+            sphere.scale = (float(rng.uniform(0.5, 1.5)),) * 3
+            scene.collection.objects.link(sphere)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = ((0.5 - columns % 2 / 2) * SIDE, 0.4, 1.6)
     camera.rotation_euler = (math.radians(86), 0, math.radians(-8))
     camera.data.lens = 22
     scene.collection.objects.link(camera)
     scene.camera = camera
+
+
+def _corners(rooms, columns: int):
+    """(..., 2) corner of each room, metres."""
+    return np.stack([(rooms % columns - columns / 2) * SIDE, rooms // columns * SIDE], -1)
+
+
+def _instanced_lamps(scene, spheres, lights: int, columns: int, rng) -> None:
+    """Lamps as above, but instanced and of five sizes."""
+    corners = _corners(np.arange(lights) % columns**2, columns)
+    low, high = (0.5, 0.5, 1.8), (SIDE - 0.5, SIDE - 0.5, HEIGHT - 0.3)
+    places = rng.uniform(low, high, (lights, 3))
+    places[:, :2] += corners
+    sizes = [Matrix.Diagonal((size, size, size, 1.0)) for size in np.linspace(0.5, 1.5, 5)]
+    lamps = [[(sphere, size)] for sphere in spheres for size in sizes]
+    spread.spread(scene, "Lamp", lamps, rng.integers(len(lamps), size=lights), places)
 
 
 def _sphere(i: int):
@@ -73,28 +100,19 @@ def _sphere(i: int):
 
 def _walls(scene, columns: int, material) -> None:
     """Walls along both directions with a doorway in the middle of every room's side; none where the outside is."""
-    pieces = []
     extent = columns * SIDE
-    for line in range(columns + 1):
-        for room in range(columns):
-            outer = line in (0, columns)
-            start, at = room * SIDE, line * SIDE
-            gap = 0.0 if outer else DOOR
-            spans = [(start, start + SIDE / 2 - gap / 2, 0.0), (start + SIDE / 2 + gap / 2, start + SIDE, 0.0)]
-            if gap:
-                spans.append((start + SIDE / 2 - gap / 2, start + SIDE / 2 + gap / 2, 2.2))
-            for a, b, low in spans:
-                pieces.append(((a, at - WALL / 2, low), (b, at + WALL / 2, HEIGHT)))
-                pieces.append(((at - WALL / 2, a, low), (at + WALL / 2, b, HEIGHT)))
-    vertices, faces = [], []
-    for low, high in pieces:
-        base = len(vertices)
-        vertices += [
-            ((low, high)[i & 1][0] - extent / 2, (low, high)[i >> 1 & 1][1], (low, high)[i >> 2][2]) for i in range(8)
-        ]
-        quads = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
-        faces += [tuple(base + i for i in quad) for quad in quads]
-    mesh = bpy.data.meshes.new("Walls")
-    mesh.from_pydata(vertices, [], faces)
-    mesh.materials.append(material)
+    line, room = (n.ravel() for n in np.mgrid[0 : columns + 1, 0:columns])
+    gap = np.where((line == 0) | (line == columns), 0.0, DOOR)
+    start, middle, at = room * SIDE, room * SIDE + SIDE / 2, line * SIDE
+    zero = np.zeros(len(line))
+    low, high = [], []
+    for a, b, bottom, kept in (
+        (start, middle - gap / 2, zero, slice(None)),
+        (middle + gap / 2, start + SIDE, zero, slice(None)),
+        (middle - gap / 2, middle + gap / 2, zero + 2.2, gap > 0),  # over the doorway
+    ):
+        for x0, x1, y0, y1 in ((a, b, at - WALL / 2, at + WALL / 2), (at - WALL / 2, at + WALL / 2, a, b)):
+            low.append(np.stack([x0 - extent / 2, y0, bottom], 1)[kept])
+            high.append(np.stack([x1 - extent / 2, y1, zero + HEIGHT], 1)[kept])
+    mesh = spread.boxes("Walls", np.concatenate(low), np.concatenate(high), material)
     scene.collection.objects.link(bpy.data.objects.new("Walls", mesh))

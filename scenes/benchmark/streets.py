@@ -5,7 +5,9 @@ import math
 
 import bpy
 import numpy as np
+import spread
 import surfaces
+from mathutils import Euler
 
 BLOCKS = 8  # a side
 BLOCK, STREET = 14.0, 8.0  # metres
@@ -13,8 +15,32 @@ STEP = BLOCK + STREET
 
 
 def build(scene, lights: int, seed: int) -> None:
-    """`lights` lamps: three fifths points, a quarter spots, the rest areas; many small ones, a few strong ones."""
+    """`lights` lamps: three fifths points, a quarter spots, the rest areas; many small ones, a few strong ones.
+
+    Their power together does not depend on their number; above 1,000, neither does the area in which they are seen.
+    """
     rng = np.random.default_rng(seed)
+    extent = town(scene, rng)
+    power, size = 1000 / max(lights, 1), min(1.0, math.sqrt(1000 / max(lights, 1)))
+    if lights > spread.OBJECTS:
+        kinds = [_lamp(i, rng, power, size) for i in range(100)]
+        order = np.arange(lights)
+        lamps = [[(data, Euler(turn).to_matrix().to_4x4())] for data, turn, _ in kinds]
+        where = np.column_stack([places(order, rng, extent), rng.uniform(2.5, 5.5, lights)])
+        spread.spread(scene, "Lamp", lamps, order % len(lamps), where)
+    else:
+        for i in range(lights):
+            where = places(i, rng, extent)
+            data, turn, height = _lamp(i, rng, power, size)
+            lamp = bpy.data.objects.new(data.name, data)
+            lamp.location, lamp.rotation_euler = (*where, height), turn
+            scene.collection.objects.link(lamp)
+    look(scene)
+
+
+def town(scene, rng) -> float:
+    """Ground and houses; streets lie around the blocks. Returns the side of the town, metres: x within half of it, y
+    from 0."""
     images = surfaces.Images()
     extent = BLOCKS * STEP
     bpy.ops.mesh.primitive_plane_add(size=extent * 2, location=(0, extent / 2, 0))
@@ -38,8 +64,11 @@ def build(scene, lights: int, seed: int) -> None:
                 house.location = (x, y, 0)
                 house.rotation_euler = (0, 0, math.pi / 2 * int(rng.integers(4)))
                 scene.collection.objects.link(house)
-    for i in range(lights):
-        _lamp(scene, i, rng, extent)
+    return extent
+
+
+def look(scene) -> None:
+    """The camera, above the town's edge."""
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (3, -34, 27)
     camera.rotation_euler = (math.radians(66), 0, math.radians(3))
@@ -89,26 +118,34 @@ def _house(storeys: int, material):
     return mesh
 
 
-def _lamp(scene, i: int, rng, extent: float) -> None:
-    """One lamp over a street: streets run in both directions between the blocks."""
+def places(order, rng, extent: float):
+    """(..., 2) of lamps over streets, metres: streets run in both directions between the blocks, lamps by turns."""
+    shape = np.shape(order)
+    street = rng.integers(BLOCKS + 1, size=shape or None)
+    across = (street - BLOCKS / 2) * STEP + rng.uniform(-0.4, 0.4, shape or None) * STREET
+    along = rng.uniform(-STREET, extent, shape or None)
+    turned = np.asarray(order) % 2 == 0
+    return np.where(
+        turned[..., None], np.stack([along - extent / 2, across + extent / 2], -1), np.stack([across, along], -1)
+    )
+
+
+def _lamp(i: int, rng, power: float, size: float):
+    """Lamp i: its data, its rotation (Euler angles), its height. power and size: factors."""
     kind = "POINT" if i % 20 < 12 else "SPOT" if i % 20 < 17 else "AREA"
-    across = (int(rng.integers(BLOCKS + 1)) - BLOCKS / 2) * STEP + rng.uniform(-0.4, 0.4) * STREET
-    along = rng.uniform(-STREET, extent)
-    where = (across, along) if i % 2 else (along - extent / 2, across + extent / 2)
     data = bpy.data.lights.new(kind.title(), kind)
-    data.energy = 3000.0 if i % 25 == 0 else float(rng.uniform(100, 400))
+    data.energy = (3000.0 if i % 25 == 0 else float(rng.uniform(100, 400))) * power
     data.color = surfaces.hue(float(rng.random()), float(rng.uniform(0.1, 0.7)), 1.0)
     height = float(rng.uniform(2.5, 5.5))
-    lamp = bpy.data.objects.new(kind.title(), data)
-    lamp.location = (*where, height)
+    turn = (0.0, 0.0, 0.0)
     if kind == "POINT":
-        data.shadow_soft_size = float(rng.uniform(0.03, 0.2))
+        data.shadow_soft_size = float(rng.uniform(0.03, 0.2)) * size
     elif kind == "SPOT":
-        data.shadow_soft_size = 0.08
+        data.shadow_soft_size = 0.08 * size
         data.spot_size, data.spot_blend = math.radians(float(rng.uniform(50, 110))), 0.3
         data.energy *= 2
-        lamp.rotation_euler = (float(rng.uniform(-0.5, 0.5)), float(rng.uniform(-0.5, 0.5)), 0)
+        turn = (float(rng.uniform(-0.5, 0.5)), float(rng.uniform(-0.5, 0.5)), 0.0)
     else:
-        data.shape, data.size, data.size_y = "RECTANGLE", float(rng.uniform(0.3, 1.2)), 0.3
-        lamp.rotation_euler = (float(rng.uniform(-0.8, 0.8)), 0, float(rng.uniform(0, 6.3)))
-    scene.collection.objects.link(lamp)
+        data.shape, data.size, data.size_y = "RECTANGLE", float(rng.uniform(0.3, 1.2)) * size, 0.3 * size
+        turn = (float(rng.uniform(-0.8, 0.8)), 0.0, float(rng.uniform(0, 6.3)))
+    return data, turn, height

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 
-def _smooth_noise(size: int, cells: int, seed: int) -> np.ndarray:
+def smooth_noise(size: int, cells: int, seed: int) -> np.ndarray:
     """Tileable value noise in [0, 1], (size, size): three octaves, linear between random knots."""
     rng = np.random.default_rng(seed)
     total = np.zeros((size, size))
@@ -38,13 +38,13 @@ class Images:
     """The images that materials share."""
 
     def __init__(self, size: int = 1024):
-        ramp = _smooth_noise(size, 8, 1)[..., None]
+        ramp = smooth_noise(size, 8, 1)[..., None]
         self.marble = _image("Marble", 0.35 + 0.6 * np.abs(np.sin(12 * ramp + [0.0, 0.05, 0.1])), True)
         y, x = np.mgrid[0:size, 0:size] * 16 // size
         checks = ((x + y) % 2)[..., None]
         self.checks = _image("Checks", checks * [0.75, 0.72, 0.65] + (1 - checks) * [0.25, 0.3, 0.35], True)
-        self.roughness = _image("Roughness", np.repeat(0.15 + 0.7 * _smooth_noise(size, 16, 2)[..., None], 3, 2), False)
-        height = _smooth_noise(size, 32, 3) * 6.0
+        self.roughness = _image("Roughness", np.repeat(0.15 + 0.7 * smooth_noise(size, 16, 2)[..., None], 3, 2), False)
+        height = smooth_noise(size, 32, 3) * 6.0
         slopes = np.stack([np.roll(height, 1, a) - np.roll(height, -1, a) for a in (1, 0)] + [np.ones_like(height)], 2)
         normal = slopes / np.linalg.norm(slopes, axis=2, keepdims=True)
         self.normal = _image("Bumps", normal * 0.5 + 0.5, False)
