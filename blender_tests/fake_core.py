@@ -193,6 +193,16 @@ class Context:
         self.limit = size
 
 
+class ImageDecoder:
+    """Decodes nothing: Blender reads every image."""
+
+    def __init__(self, files, threads=0):
+        assert all(isinstance(file, (bytes, str)) for file in files)
+
+    def take(self, index):
+        return None
+
+
 class Session:
     def __init__(self, context, scene):
         self.context, self.scene = context, scene

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Image textures that materials use → core images: loaded once for each key, again when Blender says they changed.
 
-Programs are sent before their images, for which missing ones stand in meanwhile: decoding is dear and needs Blender, so
-it is done while the core builds the geometry.
+Programs are sent before their images, for which missing ones stand in meanwhile: decoding is dear. Plain files are
+decoded by the core's threads while Blender's meshes are read; for the others Blender is asked while the core builds.
 """
 
 import numpy as np
@@ -13,8 +13,11 @@ from ..nodes import images as node_images
 class ImageSync:
     """Images the core has, by key (nodes/images.py: data-block, frame, colour space, alpha mode)."""
 
-    def __init__(self, scene, ids, notes):
+    def __init__(self, scene, ids, notes, decoder):
+        """decoder: core.ImageDecoder."""
         self._scene, self._ids, self._notes = scene, ids, notes
+        self._new_decoder = decoder
+        self._decoding: tuple | None = None  # the decoder at work, keys of its files
         self._loaded: set[tuple] = set()  # the core has their pixels
         self._volatile: set[tuple] = set()  # pixels that were in Blender's memory alone: undo may change them
         self._placed: set[tuple] = set()  # the core has at least a stand-in
@@ -22,7 +25,7 @@ class ImageSync:
         self._waiting: dict[tuple, object] = {}  # key → request
 
     def begin(self, updates) -> None:
-        self._seen, self._waiting = set(), {}
+        self._seen, self._waiting, self._decoding = set(), {}, None
         self._loaded = {key for key in self._loaded if not updates.image_changed(key[0], key in self._volatile)}
 
     def keep(self, keys) -> None:
@@ -41,8 +44,29 @@ class ImageSync:
                 self._placed.add(key)
         return number, key
 
+    def decode(self) -> None:
+        """Begins to decode, on other threads, the files of images that are waiting, where Blender is not needed."""
+        files = {key: node_images.plain_file(request) for key, request in self._waiting.items()}
+        files = {key: file for key, file in files.items() if file is not None}
+        self._decoding = (self._new_decoder(list(files.values())), list(files)) if files else None
+
+    def send_decoded(self, breathe) -> None:
+        """Sends what was decoded, once it is. What Blender has to read is left waiting for `load`."""
+        if self._decoding is None:
+            return
+        decoder, keys = self._decoding
+        for index, key in enumerate(keys):
+            breathe()
+            taken = decoder.take(index)
+            loaded = node_images.decoded(self._waiting[key], *taken) if taken is not None else None
+            if loaded is not None:
+                del self._waiting[key]
+                self._volatile.discard(key)
+                self._send(key, loaded)
+        self._decoding = None
+
     def load(self, breathe) -> list[tuple]:
-        """Pixels of the images that are waiting, for `send`. Does not touch the core's scene."""
+        """Pixels of the images that are still waiting, for `send`. Does not touch the core's scene."""
         found = []
         for key, request in self._waiting.items():
             breathe()
@@ -54,12 +78,19 @@ class ImageSync:
 
     def send(self, found: list[tuple]) -> None:
         for key, loaded in found:
-            for note in loaded.notes:
-                self._notes.add(note, "Image", loaded.name)
-            pixels = None if loaded.pixels is None else np.ascontiguousarray(loaded.pixels)
-            number = self._ids.get(("image", *key))
-            self._scene.upsert_image(number, loaded.name, pixels, srgb=loaded.srgb, premultiplied=loaded.premultiplied)
-            self._loaded.add(key)
+            self._send(key, loaded)
+
+    def abandon(self) -> None:
+        """After an error or Esc: waits for the files that are being decoded, forgets the rest."""
+        self._decoding = None
+
+    def _send(self, key, loaded) -> None:
+        for note in loaded.notes:
+            self._notes.add(note, "Image", loaded.name)
+        pixels = None if loaded.pixels is None else np.ascontiguousarray(loaded.pixels)
+        number = self._ids.get(("image", *key))
+        self._scene.upsert_image(number, loaded.name, pixels, srgb=loaded.srgb, premultiplied=loaded.premultiplied)
+        self._loaded.add(key)
 
     def remove_unseen(self) -> None:
         """Removes images that no material of this sync uses."""

@@ -60,7 +60,7 @@ class SceneSync:
         self._sync = 0
         edits, ids, notes = Edits(self.scene), self._ids, self.notes
         self._edits = edits  # none of the parts has the scene itself
-        self.images = ImageSync(edits, ids, notes)
+        self.images = ImageSync(edits, ids, notes, core.ImageDecoder)
         self.materials = MaterialSync(edits, ids, notes, self.images, compile_material)
         self.meshes = MeshSync(edits, ids, notes)
         self.instances = InstanceSync(edits, ids, notes)
@@ -115,6 +115,7 @@ class SceneSync:
         with naming("World", world.name if world is not None else "none"):
             self.world.prepare(world, updates)
         self.materials.sync(depsgraph)
+        self.images.decode()
         after_materials = time.perf_counter()
 
         try:
@@ -122,6 +123,7 @@ class SceneSync:
         except BaseException:
             self.usable = not self._edits.early
             self._edits.abandon()
+            self.images.abandon()
             raise
 
     def _sync_objects(self, depsgraph, updates, space, breathe, times) -> dict:
@@ -136,6 +138,7 @@ class SceneSync:
         after_meshes = time.perf_counter()
 
         self.instances.sync(collected, breathe)
+        self.images.send_decoded(breathe)
         self._edits.start_last()
         found = self.images.load(breathe)
         after_images = time.perf_counter()
