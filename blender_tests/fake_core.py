@@ -196,10 +196,16 @@ class Context:
 class ImageDecoder:
     """Decodes nothing: Blender reads every image."""
 
-    def __init__(self, files, threads=0):
-        assert all(isinstance(file, (bytes, str)) for file in files)
+    def __init__(self, threads=0):
+        self.files = 0
 
-    def take(self, index):
+    def add(self, file):
+        assert isinstance(file, (bytes, str))
+        self.files += 1
+        return self.files - 1
+
+    def take(self, number):
+        assert number < self.files
         return None
 
 

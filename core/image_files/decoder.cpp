@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each thread takes the next file until there is none.
+// Each thread takes the next file, or waits for one.
 #include "image_files/decoder.h"
 
 #include <algorithm>
@@ -27,45 +27,57 @@ std::optional<DecodedImage> decode_file(const std::string& path) {
 
 }  // namespace
 
-ImageDecoder::ImageDecoder(std::vector<ImageFile> files, unsigned threads)
-    : files_(std::move(files)), results_(files_.size()) {
-  const std::size_t wanted = std::min<std::size_t>(std::max(threads, 1u), files_.size());
-  for (std::size_t i = 0; i < wanted; ++i) {
-    try {
-      threads_.emplace_back([this] { work(); });
-    } catch (const std::system_error&) {
-      if (!threads_.empty()) return;  // those that started do it all
-      next_ = files_.size();
-      for (Result& result : results_) result.done = true;
-      return;
-    }
-  }
-}
+ImageDecoder::ImageDecoder(unsigned threads) : most_threads_(std::max(threads, 1u)) {}
 
 ImageDecoder::~ImageDecoder() {
-  next_ = files_.size();
+  {
+    std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  added_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
-std::optional<DecodedImage> ImageDecoder::take(std::size_t index) {
-  if (index >= files_.size()) throw std::out_of_range("there are " + std::to_string(files_.size()) + " image files");
+std::size_t ImageDecoder::add(ImageFile file) {
+  std::lock_guard lock(mutex_);
+  jobs_.push_back({std::move(file), std::nullopt, false});
+  const std::size_t waiting = jobs_.size() - next_;
+  if (waiting > idle_ && threads_.size() < most_threads_) try {
+      threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      // No thread to be had: those there are do it, or nobody.
+      if (threads_.empty()) {
+        jobs_.back().done = true;
+        next_ = jobs_.size();
+      }
+    }
+  added_.notify_one();
+  return jobs_.size() - 1;
+}
+
+std::optional<DecodedImage> ImageDecoder::take(std::size_t number) {
   std::unique_lock lock(mutex_);
-  done_.wait(lock, [&] { return results_[index].done; });
-  return std::exchange(results_[index].image, std::nullopt);
+  if (number >= jobs_.size()) throw std::out_of_range("there are " + std::to_string(jobs_.size()) + " image files");
+  Job& job = jobs_[number];
+  done_.wait(lock, [&] { return job.done; });
+  return std::exchange(job.image, std::nullopt);
 }
 
 void ImageDecoder::work() {
-  for (std::size_t i; (i = next_.fetch_add(1)) < files_.size();) {
-    std::optional<DecodedImage> image;
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    ++idle_;
+    added_.wait(lock, [&] { return ending_ || next_ < jobs_.size(); });
+    --idle_;
+    if (ending_) return;
+    Job& job = jobs_[next_++];
+    lock.unlock();
     try {
-      image = files_[i].path.empty() ? decode_image(files_[i].bytes) : decode_file(files_[i].path);
+      job.image = job.file.path.empty() ? decode_image(job.file.bytes) : decode_file(job.file.path);
     } catch (const std::bad_alloc&) {  // what the caller does in its stead may say so
     }
-    {
-      std::lock_guard lock(mutex_);
-      results_[i].image = std::move(image);
-      results_[i].done = true;
-    }
+    lock.lock();
+    job.done = true;
     done_.notify_all();
   }
 }

@@ -2,8 +2,8 @@
 // Image files decoded on threads of their own while the caller does something else.
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -13,37 +13,41 @@
 
 namespace hw {
 
-// A file's bytes, or where it lies. `bytes` must live as long as the decoder.
+// A file's bytes, or where it lies.
 struct ImageFile {
-  std::span<const std::uint8_t> bytes;
-  std::string path;  // empty: it is `bytes`
+  std::span<const std::uint8_t> bytes;  // must live as long as the decoder
+  std::string path;                     // empty: it is `bytes`
 };
 
 class ImageDecoder {
  public:
-  // Begins at once, in order. threads: at least 1; not more than there are files are started.
-  ImageDecoder(std::vector<ImageFile> files, unsigned threads);
-  ~ImageDecoder();  // waits for the files that are under way; forgets the rest
+  explicit ImageDecoder(unsigned threads);  // at most that many, at least 1; each starts when a file has need of it
+  ~ImageDecoder();                          // waits for the files that are under way; forgets the rest
   ImageDecoder(const ImageDecoder&) = delete;
   ImageDecoder& operator=(const ImageDecoder&) = delete;
 
-  std::size_t count() const { return files_.size(); }
+  // Begins to decode a file once those before it were begun. Returns its number: 0, 1, 2, …
+  std::size_t add(ImageFile file);
   // Waits for a file's pixels and hands them over: a second call gets nothing. Nothing too where decode_image() gives
-  // nothing, where the file can't be read and where memory does not suffice. May be called from any thread.
-  std::optional<DecodedImage> take(std::size_t index);
+  // nothing, where the file can't be read and where memory does not suffice. std::out_of_range when there is no such
+  // file. These two may be called from any thread.
+  std::optional<DecodedImage> take(std::size_t number);
 
  private:
-  struct Result {
+  struct Job {
+    ImageFile file;
     std::optional<DecodedImage> image;
     bool done = false;
   };
   void work();
 
-  const std::vector<ImageFile> files_;
-  std::vector<Result> results_;
-  std::atomic<std::size_t> next_{0};
-  std::mutex mutex_;
-  std::condition_variable done_;
+  const unsigned most_threads_;
+  std::mutex mutex_;  // of all that follows, but for the file and the image of a job that is being done
+  std::condition_variable added_, done_;
+  std::deque<Job> jobs_;  // a deque: references stay good while it grows
+  std::size_t next_ = 0;
+  unsigned idle_ = 0;
+  bool ending_ = false;
   std::vector<std::thread> threads_;
 };
 

@@ -24,21 +24,10 @@ struct Decoder {
   std::vector<nb::bytes> kept;
   std::unique_ptr<ImageDecoder> decoder;
 
-  Decoder(const nb::list& files, unsigned threads) {
-    std::vector<ImageFile> sources;
-    for (nb::handle file : files) {
-      if (nb::isinstance<nb::bytes>(file)) {
-        const auto& bytes = kept.emplace_back(nb::borrow<nb::bytes>(file));
-        sources.push_back({{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, ""});
-      } else if (nb::isinstance<nb::str>(file)) {
-        sources.push_back({{}, nb::cast<std::string>(file)});
-      } else {
-        throw nb::type_error("files: each must be bytes or a path (str)");
-      }
-    }
+  explicit Decoder(unsigned threads) {
     // One core is the caller's.
     if (threads == 0) threads = std::clamp(std::thread::hardware_concurrency(), 2u, kMostThreads + 1) - 1;
-    decoder = std::make_unique<ImageDecoder>(std::move(sources), threads);
+    decoder = std::make_unique<ImageDecoder>(threads);
   }
   ~Decoder() {
     nb::gil_scoped_release release;
@@ -46,12 +35,20 @@ struct Decoder {
   }
 };
 
-nb::object take_pixels(Decoder& self, std::size_t index) {
-  if (index >= self.decoder->count()) throw nb::index_error("no such file");
+std::size_t add(Decoder& self, nb::handle file) {
+  if (nb::isinstance<nb::bytes>(file)) {
+    const nb::bytes& bytes = self.kept.emplace_back(nb::borrow<nb::bytes>(file));
+    return self.decoder->add({{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, ""});
+  }
+  if (nb::isinstance<nb::str>(file)) return self.decoder->add({{}, nb::cast<std::string>(file)});
+  throw nb::type_error("file: bytes or a path (str)");
+}
+
+nb::object take_pixels(Decoder& self, std::size_t number) {
   std::unique_ptr<DecodedImage> image;
   {
     nb::gil_scoped_release release;
-    if (auto found = self.decoder->take(index)) image = std::make_unique<DecodedImage>(std::move(*found));
+    if (auto found = self.decoder->take(number)) image = std::make_unique<DecodedImage>(std::move(*found));
   }
   if (!image) return nb::none();
   const std::size_t shape[] = {image->height, image->width, 4};
@@ -67,10 +64,11 @@ nb::object take_pixels(Decoder& self, std::size_t index) {
 void bind_image_files(nb::module_& m) {
   nb::class_<Decoder>(
       m, "ImageDecoder",
-      "Decodes image files on threads of its own, from now on and in order: 8-bit JPEG and PNG, grey, RGB or RGBA.")
-      .def(nb::init<const nb::list&, unsigned>(), "files"_a, "threads"_a = 0,
-           "files: of each its contents (bytes) or its path (str). threads: 0: by the machine's.")
-      .def("take", &take_pixels, "index"_a,
+      "Decodes image files on threads of its own, in order: 8-bit JPEG and PNG, grey, RGB or RGBA.")
+      .def(nb::init<unsigned>(), "threads"_a = 0, "threads: at most that many, 0: by the machine's.")
+      .def("add", &add, "file"_a,
+           "Begins to decode a file: its contents (bytes) or its path (str). Returns its number: 0, 1, 2, ...")
+      .def("take", &take_pixels, "number"_a,
            "Waits for a file's pixels: ((H, W, 4) uint8, bottom row first; whether the file has no alpha). None for a\n"
            "file that is damaged, can't be read, or is not one that is read exactly as Blender reads it, and when "
            "called\n"

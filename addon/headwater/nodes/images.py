@@ -54,13 +54,13 @@ def plain_file(request: ImageRequest) -> bytes | str | None:
     if img.source != "FILE" or img.type != "IMAGE" or img.has_data or img.is_dirty or img.use_multiview:
         return None
     if len(img.packed_files):
-        return img.packed_files[0].data if len(img.packed_files) == 1 else None
+        return img.packed_files[0].packed_file.data if len(img.packed_files) == 1 else None
     path = bpy.path.abspath(img.filepath, library=img.library)
     try:
         path.encode()
     except UnicodeEncodeError:  # a name that is no UTF-8
         return None
-    return path if os.path.isfile(path) else None
+    return path
 
 
 def decoded(request: ImageRequest, pixels: np.ndarray, opaque: bool) -> LoadedImage | None:

@@ -13,7 +13,8 @@ from functools import partial
 
 from .problems import naming_as_here
 
-FIRST_BATCH = 100_000  # triangles that are worth a build of their own; doubles each time, so that builds stay few
+FIRST_BATCH = 30_000  # triangles that are worth a build of their own
+GROWTH = 1.5  # of the next batch over the last: builds stay few
 LAST_BATCH = 20_000  # triangles for which the last build is begun before the images are decoded
 
 
@@ -97,7 +98,7 @@ class Edits:
         self._triangles += len(tri_vertices)
         if self.early and self._triangles >= self._batch and not (self._builder and self._builder.busy):
             self._start()
-            self._batch *= 2
+            self._batch *= GROWTH
 
     def has_mesh(self, number: int) -> bool:
         """Asked between `finish` and the next sync's first build."""

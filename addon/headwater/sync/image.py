@@ -8,6 +8,7 @@ decoded by the core's threads while Blender's meshes are read; for the others Bl
 import numpy as np
 
 from ..nodes import images as node_images
+from . import decoded_files
 
 
 class ImageSync:
@@ -17,7 +18,8 @@ class ImageSync:
         """decoder: core.ImageDecoder."""
         self._scene, self._ids, self._notes = scene, ids, notes
         self._new_decoder = decoder
-        self._decoding: tuple | None = None  # the decoder at work, keys of its files
+        self._decoder = None  # while it has files
+        self._decoding: dict[tuple, tuple] = {}  # key → state of its file, its number there or what was kept of it
         self._loaded: set[tuple] = set()  # the core has their pixels
         self._volatile: set[tuple] = set()  # pixels that were in Blender's memory alone: undo may change them
         self._placed: set[tuple] = set()  # the core has at least a stand-in
@@ -25,7 +27,8 @@ class ImageSync:
         self._waiting: dict[tuple, object] = {}  # key → request
 
     def begin(self, updates) -> None:
-        self._seen, self._waiting, self._decoding = set(), {}, None
+        self._seen, self._waiting = set(), {}
+        self.abandon()
         self._loaded = {key for key in self._loaded if not updates.image_changed(key[0], key in self._volatile)}
 
     def keep(self, keys) -> None:
@@ -38,32 +41,44 @@ class ImageSync:
         self._seen.add(key)
         number = self._ids.get(("image", *key))
         if key not in self._loaded:
+            if key not in self._waiting:
+                self._decode(key, request)
             self._waiting[key] = request
             if key not in self._placed:
                 self._scene.upsert_image(number, request.image.name, None)
                 self._placed.add(key)
         return number, key
 
-    def decode(self) -> None:
-        """Begins to decode, on other threads, the files of images that are waiting, where Blender is not needed."""
-        files = {key: node_images.plain_file(request) for key, request in self._waiting.items()}
-        files = {key: file for key, file in files.items() if file is not None}
-        self._decoding = (self._new_decoder(list(files.values())), list(files)) if files else None
+    def _decode(self, key, request) -> None:
+        """Begins to decode an image's file on another thread, where Blender is not needed for it."""
+        file = node_images.plain_file(request)
+        if file is None:
+            return
+        try:
+            state = decoded_files.state(file)
+        except OSError:
+            return  # Blender says what is wrong with it
+        known = decoded_files.find(key, state, request.image.name)
+        if known is None:
+            self._decoder = self._decoder or self._new_decoder()
+            known = self._decoder.add(file)
+        self._decoding[key] = (state, known)
 
     def send_decoded(self, breathe) -> None:
         """Sends what was decoded, once it is. What Blender has to read is left waiting for `load`."""
-        if self._decoding is None:
-            return
-        decoder, keys = self._decoding
-        for index, key in enumerate(keys):
+        for key, (state, known) in self._decoding.items():
             breathe()
-            taken = decoder.take(index)
-            loaded = node_images.decoded(self._waiting[key], *taken) if taken is not None else None
+            loaded = known
+            if isinstance(known, int):
+                taken = self._decoder.take(known)
+                loaded = node_images.decoded(self._waiting[key], *taken) if taken is not None else None
+                if loaded is not None:
+                    decoded_files.keep(key, state, loaded)
             if loaded is not None:
                 del self._waiting[key]
                 self._volatile.discard(key)
                 self._send(key, loaded)
-        self._decoding = None
+        self.abandon()
 
     def load(self, breathe) -> list[tuple]:
         """Pixels of the images that are still waiting, for `send`. Does not touch the core's scene."""
@@ -81,8 +96,8 @@ class ImageSync:
             self._send(key, loaded)
 
     def abandon(self) -> None:
-        """After an error or Esc: waits for the files that are being decoded, forgets the rest."""
-        self._decoding = None
+        """Forgets what is to be decoded, after the files that are under way."""
+        self._decoder, self._decoding = None, {}
 
     def _send(self, key, loaded) -> None:
         for note in loaded.notes:

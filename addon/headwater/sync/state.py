@@ -115,7 +115,6 @@ class SceneSync:
         with naming("World", world.name if world is not None else "none"):
             self.world.prepare(world, updates)
         self.materials.sync(depsgraph)
-        self.images.decode()
         after_materials = time.perf_counter()
 
         try:
