@@ -58,7 +58,7 @@ class Scene:
         self.log = []
 
     def upsert_mesh(self, id, name, positions, tri_vertices, *, tri_corners=None, normals=None, tri_slots=None,
-                    attributes=(), default_uv=-1):  # fmt: skip
+                    attributes=(), default_uv=-1, lend=False):  # fmt: skip
         _array(name, positions, np.float32, None, 3)
         _array(name, tri_vertices, np.uint32, None, 3)
         count = len(tri_vertices)

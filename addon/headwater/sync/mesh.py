@@ -288,6 +288,7 @@ class MeshSync:
             tri_slots=slots,
             attributes=attributes,
             default_uv=names.index(reader.uv) if reader.uv in names else -1,
+            lend=True,
         )
         record.slots = 1 if slots is None else int(slots.max()) + 1
         self.uploaded += 1
