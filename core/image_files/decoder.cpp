@@ -63,6 +63,11 @@ std::optional<DecodedImage> ImageDecoder::take(std::size_t number) {
   return std::exchange(job.image, std::nullopt);
 }
 
+bool ImageDecoder::done(std::size_t number) {
+  std::lock_guard lock(mutex_);
+  return number < jobs_.size() && jobs_[number].done;
+}
+
 void ImageDecoder::work() {
   std::unique_lock lock(mutex_);
   for (;;) {

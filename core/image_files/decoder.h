@@ -30,8 +30,9 @@ class ImageDecoder {
   std::size_t add(ImageFile file);
   // Waits for a file's pixels and hands them over: a second call gets nothing. Nothing too where decode_image() gives
   // nothing, where the file can't be read and where memory does not suffice. std::out_of_range when there is no such
-  // file. These two may be called from any thread.
+  // file.
   std::optional<DecodedImage> take(std::size_t number);
+  bool done(std::size_t number);  // whether take() would not wait. All three may be called from any thread.
 
  private:
   struct Job {

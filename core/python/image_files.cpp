@@ -68,6 +68,9 @@ void bind_image_files(nb::module_& m) {
       .def(nb::init<unsigned>(), "threads"_a = 0, "threads: at most that many, 0: by the machine's.")
       .def("add", &add, "file"_a,
            "Begins to decode a file: its contents (bytes) or its path (str). Returns its number: 0, 1, 2, ...")
+      .def(
+          "done", [](Decoder& self, std::size_t number) { return self.decoder->done(number); }, "number"_a,
+          "Whether take() would not wait.")
       .def("take", &take_pixels, "number"_a,
            "Waits for a file's pixels: ((H, W, 4) uint8, bottom row first; whether the file has no alpha). None for a\n"
            "file that is damaged, can't be read, or is not one that is read exactly as Blender reads it, and when "

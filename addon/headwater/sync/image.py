@@ -64,10 +64,15 @@ class ImageSync:
             known = self._decoder.add(file)
         self._decoding[key] = (state, known)
 
-    def send_decoded(self, breathe) -> None:
-        """Sends what was decoded, once it is. What Blender has to read is left waiting for `load`."""
-        for key, (state, known) in self._decoding.items():
-            breathe()
+    def send_decoded(self, breathe=None) -> None:
+        """Sends what was decoded so far; with `breathe`, waits for the rest. What Blender has to read is left waiting."""
+        while self._decoding:
+            key, (state, known) = next(iter(self._decoding.items()))
+            if breathe is not None:
+                breathe()
+            elif isinstance(known, int) and not self._decoder.done(known):
+                return
+            del self._decoding[key]
             loaded = known
             if isinstance(known, int):
                 taken = self._decoder.take(known)
@@ -78,7 +83,7 @@ class ImageSync:
                 del self._waiting[key]
                 self._volatile.discard(key)
                 self._send(key, loaded)
-        self.abandon()
+        self._decoder = None
 
     def load(self, breathe) -> list[tuple]:
         """Pixels of the images that are still waiting, for `send`. Does not touch the core's scene."""

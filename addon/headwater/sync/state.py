@@ -132,7 +132,12 @@ class SceneSync:
         layers = _layer_flags(depsgraph.view_layer.layer_collection)
         if layers != self._layers:
             self._groups, self._layers = {}, layers
-        collected = instances.collect(depsgraph, frame.enter, breathe, space)
+
+        def breathe_and_send():
+            breathe()
+            self.images.send_decoded()
+
+        collected = instances.collect(depsgraph, frame.enter, breathe_and_send, space)
         self._groups = frame._remembered
         after_meshes = time.perf_counter()
 
