@@ -13,8 +13,8 @@ from functools import partial
 
 from .problems import naming_as_here
 
-FIRST_BATCH = 30_000  # triangles that are worth a build of their own
-GROWTH = 1.5  # of the next batch over the last: builds stay few
+FIRST_BATCH = 20_000  # triangles that are worth a build of their own
+GROWTH = 1.3  # of the next batch over the last: builds stay few
 LAST_BATCH = 20_000  # triangles for which the last build is begun before the images are decoded
 
 
