@@ -14,12 +14,12 @@ inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
 
 struct DecodedImage {
   std::uint32_t width = 0, height = 0;
-  bool opaque = true;               // the file has no alpha: it is 255 everywhere
+  bool opaque = true;                // the file has no alpha: it is 255 everywhere
   std::vector<std::uint8_t> texels;  // RGBA, bottom row first
 };
 
-// Nothing for a file that is damaged, that warns of anything, or that is not plain: 8 bits a channel, grey, RGB or RGBA.
-// Never throws for what a file holds; std::bad_alloc where memory does not suffice. Any bytes may come.
+// Nothing for a file that is damaged, that warns of anything, or that is not plain: 8 bits a channel, grey, RGB or
+// RGBA. Never throws for what a file holds; std::bad_alloc where memory does not suffice. Any bytes may come.
 std::optional<DecodedImage> decode_image(std::span<const std::uint8_t> file);
 
 // The same for files known by their first bytes. Baseline or progressive, YCbCr at 4:4:4, 4:2:2 or 4:2:0, RGB or grey;

@@ -29,7 +29,10 @@ struct Header {
 std::optional<Header> take_header(const std::uint8_t* data, std::size_t size) {
   if (size != 13) return std::nullopt;
   const Header header{big_endian(data), big_endian(data + 4),
-                      data[9] == 0 ? 1u : data[9] == 2 ? 3u : data[9] == 6 ? 4u : 0u};
+                      data[9] == 0   ? 1u
+                      : data[9] == 2 ? 3u
+                      : data[9] == 6 ? 4u
+                                     : 0u};
   const bool plain = data[8] == 8 && header.channels != 0 && data[10] == 0 && data[11] == 0 && data[12] == 0;
   const bool sized = header.width >= 1 && header.height >= 1 && header.width <= kMostSide &&
                      header.height <= kMostSide && std::uint64_t{header.width} * header.height <= kMostPixels;

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "image_files/decoder.h"
@@ -40,7 +42,11 @@ std::size_t add(Decoder& self, nb::handle file) {
     const nb::bytes& bytes = self.kept.emplace_back(nb::borrow<nb::bytes>(file));
     return self.decoder->add({{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, ""});
   }
-  if (nb::isinstance<nb::str>(file)) return self.decoder->add({{}, nb::cast<std::string>(file)});
+  if (nb::isinstance<nb::str>(file)) {
+    std::string path;
+    if (!nb::try_cast<std::string>(file, path)) throw nb::value_error("file: a path that is no UTF-8");
+    return self.decoder->add({{}, std::move(path)});
+  }
   throw nb::type_error("file: bytes or a path (str)");
 }
 
@@ -62,9 +68,8 @@ nb::object take_pixels(Decoder& self, std::size_t number) {
 }  // namespace
 
 void bind_image_files(nb::module_& m) {
-  nb::class_<Decoder>(
-      m, "ImageDecoder",
-      "Decodes image files on threads of its own, in order: 8-bit JPEG and PNG, grey, RGB or RGBA.")
+  nb::class_<Decoder>(m, "ImageDecoder",
+                      "Decodes image files on threads of its own, in order: 8-bit JPEG and PNG, grey, RGB or RGBA.")
       .def(nb::init<unsigned>(), "threads"_a = 0, "threads: at most that many, 0: by the machine's.")
       .def("add", &add, "file"_a,
            "Begins to decode a file: its contents (bytes) or its path (str). Returns its number: 0, 1, 2, ...")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// headwater._core.Scene: edits under stable ids. Arrays are copied here once, or lent; everything else is checked by the
-// scene.
+// headwater._core.Scene: edits under stable ids. Arrays are copied here once, or lent; everything else is checked by
+// the scene.
 #include "scene/scene.h"
 
 #include <nanobind/stl/array.h>

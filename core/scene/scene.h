@@ -52,7 +52,8 @@ struct MeshData {
   std::vector<std::uint8_t> tri_slots;      // T or empty
   std::vector<AttributeData> attributes;
   int default_uv = -1;
-  // Where there is a keeper, the vectors are empty and the arrays are these: nobody changes them while the keeper lives.
+  // Where there is a keeper, the vectors are empty and the arrays are these: nobody changes them while the keeper
+  // lives.
   MeshArrays lent;
   std::shared_ptr<const void> keeper;
 };
@@ -142,8 +143,8 @@ class Scene {
   void upsert_image(Id id, ImageData image);
   void set_world(WorldData world);
   void set_camera(const CameraData& camera);
-  // The keepers of lent arrays that are read no more. They end here and not beside the work, because the end of a keeper
-  // may have to wait for others.
+  // The keepers of lent arrays that are read no more. They end here and not beside the work, because the end of a
+  // keeper may have to wait for others.
   std::vector<std::shared_ptr<const void>> take_done_keepers();
   void remove_mesh(Id id);  // throws while an instance uses it
   void remove_instance(Id id);

@@ -19,7 +19,7 @@ namespace hw {
 MeshArrays mesh_views(const MeshData& data);
 
 struct MeshEntry {
-  MeshData data;  // vectors are empty while `lender` holds the arrays
+  MeshData data;      // vectors are empty while `lender` holds the arrays
   MeshArrays arrays;  // of the vectors of `data`, of what was lent, or of device memory after a reader took them over
   MeshSummary summary;
   const void* lender = nullptr;

@@ -210,8 +210,8 @@ MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays) {
     repair_normals(arrays, mesh.normals);
   }
   if (!arrays.tri_slots.empty() && arrays.tri_slots.size() != triangles)
-    fail(label, "tri_slots has " + std::to_string(arrays.tri_slots.size()) + " entries for " + std::to_string(triangles) +
-                    " triangles");
+    fail(label, "tri_slots has " + std::to_string(arrays.tri_slots.size()) + " entries for " +
+                    std::to_string(triangles) + " triangles");
   check_attributes(label, mesh, arrays, vertices, triangles, corners);
 
   MeshSummary summary;
