@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // JPEG by libjpeg-turbo, which Blender uses too, with its defaults: accurate integer DCT, smooth chroma upsampling.
 // A warning is as good as an error here: Blender then reads the file, and says what it has to say.
-#include <jpeglib.h>
-
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
+
+// clang-format off
+#include <jpeglib.h>  // after cstddef and cstdio: it takes their names for granted
+// clang-format on
 
 #include "image_files/decode.h"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images that the core decoded, kept for renders that begin anew: F12 without persistent data reads all of a scene again.
+"""Images that the core decoded, kept for renders that begin anew: F12 without persistent data reads the scene again.
 
 Blender keeps the images that it loads itself. These take their place, and go when another file is loaded.
 """

@@ -65,7 +65,7 @@ class ImageSync:
         self._decoding[key] = (state, known)
 
     def send_decoded(self, breathe=None) -> None:
-        """Sends what was decoded so far; with `breathe`, waits for the rest. What Blender has to read is left waiting."""
+        """Sends what was decoded so far; with `breathe`, waits for the rest. What Blender has to read stays waiting."""
         while self._decoding:
             key, (state, known) = next(iter(self._decoding.items()))
             if breathe is not None:
