@@ -130,7 +130,7 @@ class Scene:
         self.materials[id] = dict(name=name, flags=flags, emission=emission, pass_index=pass_index)
         self.log.append(("material", id))
 
-    def upsert_image(self, id, name, pixels, *, srgb=False, premultiplied=False):
+    def upsert_image(self, id, name, pixels, *, srgb=False, premultiplied=False, lend=False):
         self.images[id] = dict(name=name, shape=None if pixels is None else pixels.shape, srgb=srgb)
         self.log.append(("image", id))
 

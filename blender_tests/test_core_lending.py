@@ -75,6 +75,26 @@ def _scene_edit(scene):
     scene.upsert_mesh(1, "other", *bumpy())
 
 
+def test_lent_images_are_let_go_of(core, make_context):
+    context, scene = make_context(), core.Scene()
+    scene.upsert_mesh(1, "ground", *bumpy())
+    scene.upsert_instance(1, 1, EYE)
+    scene.set_camera("perspective", placed(z=4), (-0.5, 0.5, -0.5, 0.5))
+    kinds = [np.zeros((4, 4, 4), np.uint8), np.zeros((4, 4), np.uint8)]
+    kinds += [np.zeros((4, 4, 3), np.uint8), np.zeros((4, 4, 4), np.float32)]  # converted: nothing is lent
+    kinds = [kind.view(Watched) for kind in kinds]
+    watched = [weakref.ref(kind) for kind in kinds]
+    for number, kind in enumerate(kinds):
+        scene.upsert_image(1 + number, "lent", kind, lend=True)
+    del kind, kinds
+    gc.collect()
+    assert [ref() is not None for ref in watched] == [True, True, False, False]
+    picture(core, context, scene)
+    gc.collect()
+    if context.device["kind"] == "cpu":
+        assert all(ref() is None for ref in watched), "they are on the device"
+
+
 def test_what_is_repaired_is_not_the_caller_s(core, make_context):
     arrays = _arrays()
     arrays[3][7], arrays[4][3] = np.nan, np.inf

@@ -185,7 +185,14 @@ class Scene:
         """Removes a material. SceneError while an instance or the world uses it."""
 
     def upsert_image(
-        self, id: int, name: str, pixels: object | None, *, srgb: bool = False, premultiplied: bool = False
+        self,
+        id: int,
+        name: str,
+        pixels: object | None,
+        *,
+        srgb: bool = False,
+        premultiplied: bool = False,
+        lend: bool = False,
     ) -> None:
         """
         Sets an image.
@@ -193,7 +200,7 @@ class Scene:
         id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1),
         float16
             or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
-        srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha.
+        srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in upsert_mesh.
         """
 
     def remove_image(self, id: int) -> None:

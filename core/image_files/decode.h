@@ -2,10 +2,11 @@
 // Pixels of JPEG and PNG files, the very bytes that Blender's readers give; whatever might differ is left to Blender.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace hw {
 
@@ -14,8 +15,8 @@ inline constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
 
 struct DecodedImage {
   std::uint32_t width = 0, height = 0;
-  bool opaque = true;                // the file has no alpha: it is 255 everywhere
-  std::vector<std::uint8_t> texels;  // RGBA, bottom row first
+  bool opaque = true;                      // the file has no alpha: it is 255 everywhere
+  std::unique_ptr<std::uint8_t[]> texels;  // RGBA, bottom row first
 };
 
 // Nothing for a file that is damaged, that warns of anything, or that is not plain: 8 bits a channel, grey, RGB or

@@ -108,8 +108,8 @@ std::optional<DecodedImage> decode_jpeg(std::span<const std::uint8_t> file) {
   DecodedImage image;
   image.width = reader.info.image_width;
   image.height = reader.info.image_height;
-  image.texels.resize(std::size_t{4} * image.width * image.height);
-  if (!read(reader, image.texels.data())) return std::nullopt;
+  image.texels = std::make_unique_for_overwrite<std::uint8_t[]>(std::size_t{4} * image.width * image.height);
+  if (!read(reader, image.texels.get())) return std::nullopt;
   return image;
 }
 

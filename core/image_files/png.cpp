@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <new>
+#include <vector>
 
 #include "image_files/decode.h"
 
@@ -134,7 +136,7 @@ bool take_rows(std::span<std::uint8_t> rows, DecodedImage& image) {
     std::uint8_t* row = rows.data() + y * (bytes + 1);
     if (!unfilter<kChannels>(row[0], row + 1, above, bytes)) return false;
     above = row + 1;
-    to_rgba<kChannels>(above, image.width, image.texels.data() + stride * (image.height - 1 - y));
+    to_rgba<kChannels>(above, image.width, image.texels.get() + stride * (image.height - 1 - y));
   }
   return true;
 }
@@ -149,13 +151,14 @@ std::optional<DecodedImage> decode_png(std::span<const std::uint8_t> file) {
   const std::size_t unpacked = (std::size_t{header.channels} * header.width + 1) * header.height;
   // Deflate makes at most 1032 bytes of one: what a file can't hold is not given memory.
   if (unpacked / 1032 > packed.size()) return std::nullopt;
-  std::vector<std::uint8_t> rows(unpacked);
+  const auto memory = std::make_unique_for_overwrite<std::uint8_t[]>(unpacked);
+  const std::span rows(memory.get(), unpacked);
   if (!unpack(packed, rows)) return std::nullopt;
   DecodedImage image;
   image.width = header.width;
   image.height = header.height;
   image.opaque = header.channels != 4;
-  image.texels.resize(std::size_t{4} * image.width * image.height);
+  image.texels = std::make_unique_for_overwrite<std::uint8_t[]>(std::size_t{4} * image.width * image.height);
   const bool taken = header.channels == 1   ? take_rows<1>(rows, image)
                      : header.channels == 3 ? take_rows<3>(rows, image)
                                             : take_rows<4>(rows, image);

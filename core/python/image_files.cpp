@@ -58,7 +58,7 @@ nb::object take_pixels(Decoder& self, std::size_t number) {
   }
   if (!image) return nb::none();
   const std::size_t shape[] = {image->height, image->width, 4};
-  std::uint8_t* texels = image->texels.data();
+  std::uint8_t* texels = image->texels.get();
   const bool opaque = image->opaque;
   nb::capsule owner(image.get(), [](void* p) noexcept { delete static_cast<DecodedImage*>(p); });
   image.release();

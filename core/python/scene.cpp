@@ -70,16 +70,6 @@ Given<T> look(nb::handle value, std::initializer_list<std::int64_t> shape, const
   return {take<T>(value, shape, what)};
 }
 
-// Keeps arrays alive until the last copy of what it returns goes, on whatever thread.
-std::shared_ptr<const void> keeper_of(std::vector<AnyArray> arrays) {
-  const auto drop = [](const std::vector<AnyArray>* kept) {
-    if (!nb::is_alive()) return;  // the interpreter ended: its objects are gone
-    nb::gil_scoped_acquire acquire;
-    delete kept;
-  };
-  return std::shared_ptr<const std::vector<AnyArray>>(new std::vector<AnyArray>(std::move(arrays)), drop);
-}
-
 // An attribute without its values, and the array they are in.
 AttributeData take_attribute(nb::handle value, const std::string& label, AnyArray& values) {
   nb::tuple entry;
@@ -337,18 +327,20 @@ void bind_shading(nb::class_<Scene>& scene) {
            "Removes a material. SceneError while an instance or the world uses it.")
       .def(
           "upsert_image",
-          [](Scene& self, Id id, const std::string& name, nb::object pixels, bool srgb, bool premultiplied) {
-            ImageData image = take_image(pixels, scene_label("image", name, id));
+          [](Scene& self, Id id, const std::string& name, nb::object pixels, bool srgb, bool premultiplied, bool lend) {
+            ImageData image = take_image(pixels, scene_label("image", name, id), lend);
             image.name = name;
             image.flags = (srgb ? HW_IMAGE_SRGB : 0u) | (premultiplied ? HW_IMAGE_PREMULTIPLIED : 0u);
             self.upsert_image(id, std::move(image));
           },
           "id"_a, "name"_a, "pixels"_a.none(), nb::kw_only(), "srgb"_a = false, "premultiplied"_a = false,
+          "lend"_a = false,
           "Sets an image.\n\n"
           "id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1), "
           "float16\n"
           "    or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.\n"
-          "srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha.")
+          "srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in "
+          "upsert_mesh.")
       .def("remove_image", &Scene::remove_image, "id"_a, "Removes an image. SceneError while a material uses it.")
       .def("set_world", &set_world, "name"_a = "", "color"_a = Color{0, 0, 0}, "material"_a = 0,
            "importance_width"_a = 0, "sample"_a = true, "flags"_a = nb::none(),

@@ -148,7 +148,7 @@ void Scene::upsert_image(Id id, ImageData image) {
   check_image(id, image);
   ImageEntry& entry = impl_->images[id];
   entry.data = std::move(image);
-  entry.texels = entry.data.texels;
+  entry.texels = entry.data.keeper ? entry.data.lent : entry.data.texels;
   entry.lender = nullptr;
   entry.revision = impl_->images_revision = impl_->revision++;
   impl_->pending.images = true;

@@ -107,6 +107,9 @@ struct ImageData {
   std::uint32_t format = HW_TEXEL_RGBA8;
   std::uint32_t flags = 0;
   std::vector<std::uint8_t> texels;  // bottom row first
+  // Where there is a keeper, `texels` is empty and they are these: nobody changes them while the keeper lives.
+  std::span<const std::uint8_t> lent;
+  std::shared_ptr<const void> keeper;
 };
 
 struct WorldData {

@@ -237,6 +237,7 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
         entry.texels = mapped_span<std::uint8_t>(*texels, 0, entry.texels.size());
         entry.lender = this;
         forget(entry.data.texels);
+        if (entry.data.keeper) scene.done_keepers.push_back(std::move(entry.data.keeper));
       }
       slot.texels = std::move(texels);
       array_bytes_ += slot.texels->bytes() - kTailBytes;

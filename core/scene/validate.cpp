@@ -282,9 +282,9 @@ void check_image(Id id, const ImageData& image) {
       std::size_t{image.width} * image.height > kMaxTexels)
     fail(label, size + " is too large: at most 65536 pixels a side and 2^30 in all");
   const std::size_t expected = std::size_t{image.width} * image.height * bytes;
-  if (image.texels.size() != expected)
-    fail(label, std::to_string(image.texels.size()) + " bytes for " + size + " pixels: " + std::to_string(expected) +
-                    " are needed");
+  const std::size_t given = image.keeper ? image.lent.size() : image.texels.size();
+  if (given != expected)
+    fail(label, std::to_string(given) + " bytes for " + size + " pixels: " + std::to_string(expected) + " are needed");
 }
 
 void check_world(const WorldData& world) {

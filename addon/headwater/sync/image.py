@@ -109,7 +109,10 @@ class ImageSync:
             self._notes.add(note, "Image", loaded.name)
         pixels = None if loaded.pixels is None else np.ascontiguousarray(loaded.pixels)
         number = self._ids.get(("image", *key))
-        self._scene.upsert_image(number, loaded.name, pixels, srgb=loaded.srgb, premultiplied=loaded.premultiplied)
+        # Lent: nobody writes to loaded pixels any more.
+        self._scene.upsert_image(
+            number, loaded.name, pixels, srgb=loaded.srgb, premultiplied=loaded.premultiplied, lend=True
+        )
         self._loaded.add(key)
 
     def remove_unseen(self) -> None:
