@@ -3,7 +3,7 @@
 
 The core's scene belongs to one thread at a time. From the first build until `finish` it is the builder's: edits wait in
 a queue, which the builder makes before each build. The thread that syncs waits for it at the end only, so that Blender
-computes normals and decodes images meanwhile.
+computes normals and decodes what images the core does not, meanwhile.
 """
 
 import queue
