@@ -58,7 +58,7 @@ class Scene:
         self.log = []
 
     def upsert_mesh(self, id, name, positions, tri_vertices, *, tri_corners=None, normals=None, tri_slots=None,
-                    attributes=(), default_uv=-1):  # fmt: skip
+                    attributes=(), default_uv=-1, lend=False):  # fmt: skip
         _array(name, positions, np.float32, None, 3)
         _array(name, tri_vertices, np.uint32, None, 3)
         count = len(tri_vertices)
@@ -130,7 +130,7 @@ class Scene:
         self.materials[id] = dict(name=name, flags=flags, emission=emission, pass_index=pass_index)
         self.log.append(("material", id))
 
-    def upsert_image(self, id, name, pixels, *, srgb=False, premultiplied=False):
+    def upsert_image(self, id, name, pixels, *, srgb=False, premultiplied=False, lend=False):
         self.images[id] = dict(name=name, shape=None if pixels is None else pixels.shape, srgb=srgb)
         self.log.append(("image", id))
 
@@ -191,6 +191,25 @@ class Context:
 
     def set_memory_limit(self, size):
         self.limit = size
+
+
+class ImageDecoder:
+    """Decodes nothing: Blender reads every image."""
+
+    def __init__(self, threads=0):
+        self.files = 0
+
+    def add(self, file):
+        assert isinstance(file, (bytes, str))
+        self.files += 1
+        return self.files - 1
+
+    def done(self, number):
+        return True
+
+    def take(self, number):
+        assert number < self.files
+        return None
 
 
 class Session:

@@ -90,6 +90,8 @@ def test_wheel_carries_the_notices_of_what_is_in_it(unpacked):
         "Open Image Denoise": "Intel Corporation",
         "GLM": "G-Truc",
         "volk": "Arseny Kapoulkine",
+        "libjpeg-turbo": "D. R. Commander",
+        "libdeflate": "Eric Biggers",
         "nanobind": "Wenzel Jakob",
         "robin_map": "Goetghebuer-Planchon",
     }

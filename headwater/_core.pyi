@@ -46,6 +46,7 @@ class Scene:
         tri_slots: object | None = None,
         attributes: object | None = None,
         default_uv: int = -1,
+        lend: bool = False,
     ) -> None:
         """
         Sets a mesh, in object space.
@@ -59,6 +60,8 @@ class Scene:
         attributes: [(name, "vertex" | "corner" | "face", (N,) or (N, 1..4) float32)], at most 8; N is V, C or T.
             Values that are not finite become 0.
         default_uv: index of the UV map among attributes, -1: none.
+        lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the mesh is
+            on a device that shares the host's memory, or is set or removed.
         """
 
     def remove_mesh(self, id: int) -> None:
@@ -182,7 +185,14 @@ class Scene:
         """Removes a material. SceneError while an instance or the world uses it."""
 
     def upsert_image(
-        self, id: int, name: str, pixels: object | None, *, srgb: bool = False, premultiplied: bool = False
+        self,
+        id: int,
+        name: str,
+        pixels: object | None,
+        *,
+        srgb: bool = False,
+        premultiplied: bool = False,
+        lend: bool = False,
     ) -> None:
         """
         Sets an image.
@@ -190,7 +200,7 @@ class Scene:
         id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1),
         float16
             or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
-        srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha.
+        srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in upsert_mesh.
         """
 
     def remove_image(self, id: int) -> None:
@@ -357,6 +367,29 @@ def reservoir_bytes(settings: dict) -> int:
     """
     Bytes that the reservoirs of these settings take (a dictionary as for Session.start). ValueError as there.
     """
+
+class ImageDecoder:
+    """
+    Decodes image files on threads of its own, in order: 8-bit JPEG and PNG, grey, RGB or RGBA.
+    """
+
+    def __init__(self, threads: int = 0) -> None:
+        """threads: at most that many, 0: by the machine's."""
+
+    def add(self, file: object) -> int:
+        """
+        Begins to decode a file: its contents (bytes) or its path (str). Returns its number: 0, 1, 2, ...
+        """
+
+    def done(self, number: int) -> bool:
+        """Whether take() would not wait."""
+
+    def take(self, number: int) -> object:
+        """
+        Waits for a file's pixels: ((H, W, 4) uint8, bottom row first; whether the file has no alpha). None for a
+        file that is damaged, can't be read, or is not one that is read exactly as Blender reads it, and when called
+        again. IndexError when there is no such file.
+        """
 
 def tracer_benchmark(
     triangles: int, rays: int, repeats: int, device: str = "", tracer: str = "auto", threads: int = 0

@@ -38,5 +38,6 @@ package() {
   step="package"
   "$py" tools/package_extension.py --core311 "$(ls headwater/_core.cpython-311-*.so)" \
     --core312 build/release/abi3/_core.abi3.so --glm "$(cached GLM_INCLUDE)" --volk "$(cached VOLK_INCLUDE)" \
+    --jpeg "$(cached JPEG_LIBRARY)" --deflate "$(cached DEFLATE_LIBRARY)" \
     --blender-ext "$(ls "$bpy"/*/scripts/addons_core/bl_pkg/cli/blender_ext.py)" --out out
 }

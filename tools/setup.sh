@@ -4,7 +4,7 @@
 # Package sources are the machine's own: apt's and pip's configuration decide, no host is written down here.
 
 apt_build=(g++ cmake ninja-build ccache glslang-tools spirv-tools libvulkan-dev libvulkan-volk-dev libembree-dev
-  libglm-dev doctest-dev python3-venv python3-dev)
+  libjpeg62-turbo-dev libdeflate-dev libglm-dev doctest-dev python3-venv python3-dev)
 # What the shared libraries of PyPI's bpy ask for.
 apt_blender=(libx11-6 libxrender1 libxfixes3 libxi6 libxxf86vm1 libxkbcommon0 libxext6 libxt6 libsm6 libice6 libgl1 libegl1)
 apt_test=(vulkan-validationlayers)

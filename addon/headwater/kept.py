@@ -8,6 +8,7 @@ Freed when the render ends (unless data is persistent), when another file is loa
 from bpy.app.handlers import persistent
 
 from . import handlers, native
+from .sync import decoded_files
 from .sync.state import SceneSync
 
 
@@ -63,6 +64,7 @@ def _render_starts_or_ends(scene, *_):
 @persistent
 def _file_loaded(*_):
     drop_all()
+    decoded_files.forget_all()
 
 
 _handlers = (
@@ -80,4 +82,5 @@ def register():
 def unregister():
     handlers.remove(_handlers)
     drop_all()
+    decoded_files.forget_all()
     native.release()

@@ -33,6 +33,15 @@ std::string type_text(const nb::dlpack::dtype& type) {
 
 }  // namespace
 
+std::shared_ptr<const void> keeper_of(std::vector<AnyArray> arrays) {
+  const auto drop = [](const std::vector<AnyArray>* kept) {
+    if (!nb::is_alive()) return;  // the interpreter ended: its objects are gone
+    nb::gil_scoped_acquire acquire;
+    delete kept;
+  };
+  return std::shared_ptr<const std::vector<AnyArray>>(new std::vector<AnyArray>(std::move(arrays)), drop);
+}
+
 std::string shape_text(const AnyArray& array) {
   std::string text = "(";
   for (std::size_t i = 0; i < array.ndim(); ++i) text += (i ? ", " : "") + std::to_string(array.shape(i));

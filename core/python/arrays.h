@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ constexpr std::int64_t kAny = -1;
 // shape does not match. `what` goes in front of the message: `mesh "Cube" (id 7): positions`.
 AnyArray take_array(nb::handle value, const nb::dlpack::dtype& type, const char* dtype,
                     std::initializer_list<std::int64_t> shape, const std::string& what);
+
+// Keeps arrays alive until the last copy of what it returns goes, on whatever thread.
+std::shared_ptr<const void> keeper_of(std::vector<AnyArray> arrays);
 
 std::string shape_text(const AnyArray& array);
 bool is_contiguous(const AnyArray& array);

@@ -20,8 +20,9 @@ void bind_constants(nb::module_& m);  // flags, material_ops
 void bind_scene(nb::module_& m);
 void bind_session(nb::module_& m);  // Context, Session, devices()
 void bind_versions(nb::module_& m);
-void bind_benchmark(nb::module_& m);  // tracer_benchmark()
-void bind_exit();                     // ends what runs when the interpreter ends
+void bind_benchmark(nb::module_& m);    // tracer_benchmark()
+void bind_image_files(nb::module_& m);  // ImageDecoder
+void bind_exit();                       // ends what runs when the interpreter ends
 void close_at_exit(const std::shared_ptr<Context>& context);
 
 }  // namespace hw::python

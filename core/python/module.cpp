@@ -11,6 +11,7 @@ NB_MODULE(_core, m) {
   hw::python::bind_constants(m);
   hw::python::bind_scene(m);
   hw::python::bind_session(m);
+  hw::python::bind_image_files(m);
   hw::python::bind_exit();
   hw::python::bind_versions(m);
   hw::python::bind_benchmark(m);

@@ -10,6 +10,12 @@
 namespace hw::python {
 namespace {
 
+// Leaves `bytes` of texels where they are.
+void lend_texels(const AnyArray& pixels, std::size_t bytes, ImageData& image) {
+  image.lent = {static_cast<const std::uint8_t*>(pixels.data()), bytes};
+  image.keeper = keeper_of({pixels});
+}
+
 // Copies pixels of `channels` (1, 3 or 4) into RGBA, alpha from `one` where there is none.
 template <class T>
 void to_rgba(const T* from, std::size_t count, std::size_t channels, T one, std::vector<std::uint8_t>& out) {
@@ -27,7 +33,7 @@ void to_rgba(const T* from, std::size_t count, std::size_t channels, T one, std:
 
 }  // namespace
 
-ImageData take_image(nanobind::handle value, const std::string& label) {
+ImageData take_image(nanobind::handle value, const std::string& label, bool lend) {
   ImageData image;
   if (value.is_none()) return image;
   const AnyArray pixels = any_array(value, label + ": pixels");
@@ -52,10 +58,12 @@ ImageData take_image(nanobind::handle value, const std::string& label) {
   const nb::dlpack::dtype half{static_cast<std::uint8_t>(nb::dlpack::dtype_code::Float), 16, 1};
   if (type == nb::dtype<std::uint8_t>() && channels == 1) {
     image.format = HW_TEXEL_R8;
+    if (lend) return lend_texels(pixels, count, image), image;
     const auto* data = static_cast<const std::uint8_t*>(pixels.data());
     image.texels.assign(data, data + count);
   } else if (type == nb::dtype<std::uint8_t>()) {
     image.format = HW_TEXEL_RGBA8;
+    if (lend && channels == 4) return lend_texels(pixels, 4 * count, image), image;
     to_rgba(static_cast<const std::uint8_t*>(pixels.data()), count, channels, std::uint8_t{255}, image.texels);
   } else if (type == half) {
     image.format = HW_TEXEL_RGBA16F;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// headwater._core.Scene: edits under stable ids. Arrays are copied here once; everything else is checked by the scene.
+// headwater._core.Scene: edits under stable ids. Arrays are copied here once, or lent; everything else is checked by
+// the scene.
 #include "scene/scene.h"
 
 #include <nanobind/stl/array.h>
@@ -11,7 +12,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -52,25 +55,19 @@ std::uint32_t take_domain(nb::handle value, const std::string& what) {
   throw nb::value_error((what + ": the domain must be \"vertex\", \"corner\" or \"face\"").c_str());
 }
 
-// An array whose type and shape were looked at, and the vector it is copied to. No array: None was given.
+// An array whose type and shape were looked at; none where None was given.
 template <class T>
-struct PendingCopy {
+struct Given {
   AnyArray from;
-  std::vector<T>* to = nullptr;
-
-  std::size_t bytes() const { return to ? from.size() * sizeof(T) : 0; }
-  void run() const {
-    if (!to) return;
-    const T* data = static_cast<const T*>(from.data());
-    to->assign(data, data + from.size());
+  std::span<const T> view() const {
+    return from.is_valid() ? std::span(static_cast<const T*>(from.data()), from.size()) : std::span<const T>();
   }
 };
 
 template <class T>
-PendingCopy<T> look(nb::handle value, std::initializer_list<std::int64_t> shape, const std::string& what,
-                    std::vector<T>& to) {
+Given<T> look(nb::handle value, std::initializer_list<std::int64_t> shape, const std::string& what) {
   if (value.is_none()) return {};
-  return {take<T>(value, shape, what), &to};
+  return {take<T>(value, shape, what)};
 }
 
 // An attribute without its values, and the array they are in.
@@ -100,7 +97,7 @@ constexpr std::size_t kBytesWithoutGil = std::size_t{4} << 20;
 
 void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positions, nb::object tri_vertices,
                  nb::object tri_corners, nb::object normals, nb::object tri_slots, nb::object attributes,
-                 int default_uv) {
+                 int default_uv, bool lend) {
   const std::string label = scene_label("mesh", name, id);
   MeshData mesh;
   mesh.name = name;
@@ -108,26 +105,34 @@ void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positi
   // Every array's type and shape is looked at before the first is copied.
   take<float>(positions, {kAny, 3}, label + ": positions");
   take<std::uint32_t>(tri_vertices, {kAny, 3}, label + ": tri_vertices");
-  std::vector<PendingCopy<float>> floats = {look(positions, {kAny, 3}, label + ": positions", mesh.positions),
-                                            look(normals, {kAny, 3}, label + ": normals", mesh.normals)};
-  const std::vector<PendingCopy<std::uint32_t>> indices = {
-      look(tri_vertices, {kAny, 3}, label + ": tri_vertices", mesh.tri_vertices),
-      look(tri_corners, {kAny, 3}, label + ": tri_corners", mesh.tri_corners)};
-  const PendingCopy<std::uint8_t> slots = look(tri_slots, {kAny}, label + ": tri_slots", mesh.tri_slots);
-  if (!attributes.is_none()) {
-    std::vector<AnyArray> values;
+  const Given<float> points = look<float>(positions, {kAny, 3}, label + ": positions");
+  const Given<float> directions = look<float>(normals, {kAny, 3}, label + ": normals");
+  const Given<std::uint32_t> vertices = look<std::uint32_t>(tri_vertices, {kAny, 3}, label + ": tri_vertices");
+  const Given<std::uint32_t> corners = look<std::uint32_t>(tri_corners, {kAny, 3}, label + ": tri_corners");
+  const Given<std::uint8_t> slots = look<std::uint8_t>(tri_slots, {kAny}, label + ": tri_slots");
+  std::vector<Given<float>> values;
+  if (!attributes.is_none())
     for (nb::handle attribute : attributes)
-      mesh.attributes.push_back(take_attribute(attribute, label, values.emplace_back()));
-    for (std::size_t i = 0; i < values.size(); ++i) floats.push_back({values[i], &mesh.attributes[i].data});
+      mesh.attributes.push_back(take_attribute(attribute, label, values.emplace_back().from));
+  MeshArrays arrays{points.view(), directions.view(), vertices.view(), corners.view(), slots.view(), {}};
+  std::size_t bytes = arrays.positions.size_bytes() + arrays.normals.size_bytes() + arrays.tri_vertices.size_bytes() +
+                      arrays.tri_corners.size_bytes() + arrays.tri_slots.size_bytes();
+  for (const Given<float>& value : values) bytes += arrays.attributes.emplace_back(value.view()).size_bytes();
+  if (lend) {
+    mesh.lent = std::move(arrays);
+    std::vector<AnyArray> kept{points.from, directions.from, vertices.from, corners.from, slots.from};
+    for (const Given<float>& value : values) kept.push_back(value.from);
+    mesh.keeper = keeper_of(std::move(kept));
   }
-  std::size_t bytes = slots.bytes();
-  for (const auto& copy : floats) bytes += copy.bytes();
-  for (const auto& copy : indices) bytes += copy.bytes();
   std::optional<nb::gil_scoped_release> released;
   if (bytes >= kBytesWithoutGil) released.emplace();
-  for (const auto& copy : floats) copy.run();
-  for (const auto& copy : indices) copy.run();
-  slots.run();
+  if (!lend) {
+    const auto copy = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
+    copy(mesh.positions, arrays.positions), copy(mesh.normals, arrays.normals);
+    copy(mesh.tri_vertices, arrays.tri_vertices), copy(mesh.tri_corners, arrays.tri_corners);
+    copy(mesh.tri_slots, arrays.tri_slots);
+    for (std::size_t i = 0; i < values.size(); ++i) copy(mesh.attributes[i].data, arrays.attributes[i]);
+  }
   scene.upsert_mesh(id, std::move(mesh));
 }
 
@@ -227,7 +232,7 @@ void bind_geometry(nb::class_<Scene>& scene) {
   scene
       .def("upsert_mesh", &upsert_mesh, "id"_a, "name"_a, "positions"_a, "tri_vertices"_a, nb::kw_only(),
            "tri_corners"_a = nb::none(), "normals"_a = nb::none(), "tri_slots"_a = nb::none(),
-           "attributes"_a = nb::none(), "default_uv"_a = -1,
+           "attributes"_a = nb::none(), "default_uv"_a = -1, "lend"_a = false,
            "Sets a mesh, in object space.\n\n"
            "positions: (V, 3) float32, metres; NaN and infinity are refused.\n"
            "tri_vertices: (T, 3) uint32 into positions; T may be 0.\n"
@@ -238,7 +243,10 @@ void bind_geometry(nb::class_<Scene>& scene) {
            "attributes: [(name, \"vertex\" | \"corner\" | \"face\", (N,) or (N, 1..4) float32)], at most 8; N is V, C "
            "or T.\n"
            "    Values that are not finite become 0.\n"
-           "default_uv: index of the UV map among attributes, -1: none.")
+           "default_uv: index of the UV map among attributes, -1: none.\n"
+           "lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the "
+           "mesh is\n"
+           "    on a device that shares the host's memory, or is set or removed.")
       .def("remove_mesh", &Scene::remove_mesh, "id"_a, "Removes a mesh. SceneError while an instance uses it.")
       .def("has_mesh", &Scene::has_mesh, "id"_a, "Whether there is a mesh of this id.")
       .def(
@@ -319,18 +327,20 @@ void bind_shading(nb::class_<Scene>& scene) {
            "Removes a material. SceneError while an instance or the world uses it.")
       .def(
           "upsert_image",
-          [](Scene& self, Id id, const std::string& name, nb::object pixels, bool srgb, bool premultiplied) {
-            ImageData image = take_image(pixels, scene_label("image", name, id));
+          [](Scene& self, Id id, const std::string& name, nb::object pixels, bool srgb, bool premultiplied, bool lend) {
+            ImageData image = take_image(pixels, scene_label("image", name, id), lend);
             image.name = name;
             image.flags = (srgb ? HW_IMAGE_SRGB : 0u) | (premultiplied ? HW_IMAGE_PREMULTIPLIED : 0u);
             self.upsert_image(id, std::move(image));
           },
           "id"_a, "name"_a, "pixels"_a.none(), nb::kw_only(), "srgb"_a = false, "premultiplied"_a = false,
+          "lend"_a = false,
           "Sets an image.\n\n"
           "id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1), "
           "float16\n"
           "    or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.\n"
-          "srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha.")
+          "srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in "
+          "upsert_mesh.")
       .def("remove_image", &Scene::remove_image, "id"_a, "Removes an image. SceneError while a material uses it.")
       .def("set_world", &set_world, "name"_a = "", "color"_a = Color{0, 0, 0}, "material"_a = 0,
            "importance_width"_a = 0, "sample"_a = true, "flags"_a = nb::none(),

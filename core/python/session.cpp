@@ -107,6 +107,7 @@ nb::dict sync(Session& session) {
     nb::gil_scoped_release release;
     r = session.sync();
   }
+  session.scene().take_done_keepers();  // their end needs the GIL, which is not waited for while anything is built
   nb::dict d;
   d["commit_seconds"] = r.commit_seconds;
   d["upload_seconds"] = r.upload_seconds;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "scene/scene_impl.h"
 
@@ -83,13 +84,15 @@ Scene::Scene() : impl_(std::make_unique<Impl>()) {}
 Scene::~Scene() = default;
 
 void Scene::upsert_mesh(Id id, MeshData mesh) {
-  const MeshSummary summary = check_mesh(id, mesh);
+  MeshArrays arrays = mesh.keeper ? std::move(mesh.lent) : mesh_views(mesh);
+  const MeshSummary summary = check_mesh(id, mesh, arrays);
   Impl& scene = *impl_;
   MeshEntry& entry = scene.meshes[id];
   // More slots than before, or other bounds, change the records of its instances.
   if (entry.users > 0 && entry.summary.max_slot != summary.max_slot) scene.touch_layout();
-  entry.data = std::move(mesh);
-  entry.arrays = mesh_views(entry.data);
+  if (entry.data.keeper) scene.done_keepers.push_back(std::move(entry.data.keeper));
+  entry.data = std::move(mesh);  // the vectors' elements stay where they are
+  entry.arrays = std::move(arrays);
   entry.summary = summary;
   entry.lender = nullptr;
   entry.revision = scene.revision++;
@@ -98,6 +101,8 @@ void Scene::upsert_mesh(Id id, MeshData mesh) {
   erase_id(scene.pending.meshes_set, id);
   scene.pending.meshes_set.push_back(id);
 }
+
+std::vector<std::shared_ptr<const void>> Scene::take_done_keepers() { return std::exchange(impl_->done_keepers, {}); }
 
 void Scene::upsert_instance(Id id, InstanceData instance) {
   const Matrix34 matrix = instance.object_to_world;
@@ -143,7 +148,7 @@ void Scene::upsert_image(Id id, ImageData image) {
   check_image(id, image);
   ImageEntry& entry = impl_->images[id];
   entry.data = std::move(image);
-  entry.texels = entry.data.texels;
+  entry.texels = entry.data.keeper ? entry.data.lent : entry.data.texels;
   entry.lender = nullptr;
   entry.revision = impl_->images_revision = impl_->revision++;
   impl_->pending.images = true;

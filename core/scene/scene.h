@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
@@ -34,6 +35,14 @@ struct AttributeData {
   std::vector<float> data;
 };
 
+// Views of a mesh's arrays, which lie elsewhere.
+struct MeshArrays {
+  std::span<const float> positions, normals;
+  std::span<const std::uint32_t> tri_vertices, tri_corners;
+  std::span<const std::uint8_t> tri_slots;
+  std::vector<std::span<const float>> attributes;
+};
+
 struct MeshData {
   std::string name;
   std::vector<float> positions;             // 3 V
@@ -43,6 +52,10 @@ struct MeshData {
   std::vector<std::uint8_t> tri_slots;      // T or empty
   std::vector<AttributeData> attributes;
   int default_uv = -1;
+  // Where there is a keeper, the vectors are empty and the arrays are these: nobody changes them while the keeper
+  // lives.
+  MeshArrays lent;
+  std::shared_ptr<const void> keeper;
 };
 
 struct InstanceData {
@@ -94,6 +107,9 @@ struct ImageData {
   std::uint32_t format = HW_TEXEL_RGBA8;
   std::uint32_t flags = 0;
   std::vector<std::uint8_t> texels;  // bottom row first
+  // Where there is a keeper, `texels` is empty and they are these: nobody changes them while the keeper lives.
+  std::span<const std::uint8_t> lent;
+  std::shared_ptr<const void> keeper;
 };
 
 struct WorldData {
@@ -130,6 +146,9 @@ class Scene {
   void upsert_image(Id id, ImageData image);
   void set_world(WorldData world);
   void set_camera(const CameraData& camera);
+  // The keepers of lent arrays that are read no more. They end here and not beside the work, because the end of a
+  // keeper may have to wait for others.
+  std::vector<std::shared_ptr<const void>> take_done_keepers();
   void remove_mesh(Id id);  // throws while an instance uses it
   void remove_instance(Id id);
   void remove_instances(Id first_id, std::size_t count);

@@ -15,19 +15,12 @@
 
 namespace hw {
 
-// Views of a mesh's arrays: of the scene's own vectors, or of device memory after a reader took the arrays over.
-struct MeshArrays {
-  std::span<const float> positions, normals;
-  std::span<const std::uint32_t> tri_vertices, tri_corners;
-  std::span<const std::uint8_t> tri_slots;
-  std::vector<std::span<const float>> attributes;
-};
-
+// Views of a mesh's own vectors.
 MeshArrays mesh_views(const MeshData& data);
 
 struct MeshEntry {
-  MeshData data;  // vectors are empty while `lender` holds the arrays
-  MeshArrays arrays;
+  MeshData data;      // vectors are empty while `lender` holds the arrays
+  MeshArrays arrays;  // of the vectors of `data`, of what was lent, or of device memory after a reader took them over
   MeshSummary summary;
   const void* lender = nullptr;
   std::uint64_t revision = 0;
@@ -73,6 +66,7 @@ struct Scene::Impl {
   std::map<Id, LightEntry> lights;
   std::map<Id, MaterialEntry> materials;
   std::map<Id, ImageEntry> images;
+  std::vector<std::shared_ptr<const void>> done_keepers;
   WorldData world;
   CameraData camera{};
   bool has_camera = false;

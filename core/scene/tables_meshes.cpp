@@ -101,6 +101,7 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
     forget(entry.data.positions), forget(entry.data.normals), forget(entry.data.tri_vertices);
     forget(entry.data.tri_corners), forget(entry.data.tri_slots);
     for (AttributeData& attribute : entry.data.attributes) forget(attribute.data);
+    if (entry.data.keeper) scene.done_keepers.push_back(std::move(entry.data.keeper));
   }
 
   // The old buffers stay until the Tracer has let go of them.
@@ -236,6 +237,7 @@ void Tables::update_images(Uploader& uploader, TableCounts& counts) {
         entry.texels = mapped_span<std::uint8_t>(*texels, 0, entry.texels.size());
         entry.lender = this;
         forget(entry.data.texels);
+        if (entry.data.keeper) scene.done_keepers.push_back(std::move(entry.data.keeper));
       }
       slot.texels = std::move(texels);
       array_bytes_ += slot.texels->bytes() - kTailBytes;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 #include "materials/program_check.h"
 
@@ -38,7 +39,7 @@ std::size_t first_not_finite(const float* values, std::size_t count) {
   return count;
 }
 
-std::uint32_t largest(const std::vector<std::uint32_t>& values) {
+std::uint32_t largest(std::span<const std::uint32_t> values) {
   std::uint32_t result = 0;
   for (std::uint32_t v : values) result = std::max(result, v);
   return result;
@@ -70,19 +71,28 @@ void require_not_negative(const std::string& label, float value, const char* wha
     fail(label, std::string(what) + " is " + number(value) + ": it must be 0 or more");
 }
 
+// The elements of an array, to be changed: in the vector `own`, which it is copied to unless it is there already.
+float* editable(std::span<const float>& array, std::vector<float>& own) {
+  if (array.data() != own.data()) own.assign(array.begin(), array.end());
+  array = own;
+  return own.data();
+}
+
 // Corners whose normal can't be used get the geometric normal of a triangle that has them.
-void repair_normals(MeshData& mesh) {
-  float* normals = mesh.normals.data();
+void repair_normals(MeshArrays& mesh, std::vector<float>& own) {
+  const float* given = mesh.normals.data();
   const std::size_t count = mesh.normals.size() / 3;
   const auto unusable = [&](std::size_t c) {
-    const double x = normals[3 * c], y = normals[3 * c + 1], z = normals[3 * c + 2];
+    const double x = given[3 * c], y = given[3 * c + 1], z = given[3 * c + 2];
     const double square = x * x + y * y + z * z;
     return !(square > 1e-20 && std::isfinite(square));
   };
   bool any = false;
   for (std::size_t c = 0; c < count; ++c) any |= unusable(c);
   if (!any) return;
-  const std::vector<std::uint32_t>& corners = mesh.tri_corners.empty() ? mesh.tri_vertices : mesh.tri_corners;
+  float* normals = editable(mesh.normals, own);
+  given = normals;
+  const std::span<const std::uint32_t> corners = mesh.tri_corners.empty() ? mesh.tri_vertices : mesh.tri_corners;
   for (std::size_t t = 0; t < mesh.tri_vertices.size() / 3; ++t) {
     double p[3][3];
     for (int k = 0; k < 3; ++k)
@@ -103,19 +113,21 @@ void repair_normals(MeshData& mesh) {
     if (unusable(c)) normals[3 * c] = normals[3 * c + 1] = 0, normals[3 * c + 2] = 1;
 }
 
-void check_attributes(const std::string& label, MeshData& mesh, std::size_t vertices, std::size_t triangles,
-                      std::size_t corners) {
+void check_attributes(const std::string& label, MeshData& mesh, MeshArrays& arrays, std::size_t vertices,
+                      std::size_t triangles, std::size_t corners) {
   if (mesh.attributes.size() > HW_MAX_ATTRIBUTES)
     fail(label, std::to_string(mesh.attributes.size()) + " attributes; at most " + std::to_string(HW_MAX_ATTRIBUTES) +
                     " are kept");
   std::vector<std::uint32_t> hashes;
-  for (AttributeData& attribute : mesh.attributes) {
+  for (std::size_t i = 0; i < mesh.attributes.size(); ++i) {
+    AttributeData& attribute = mesh.attributes[i];
+    std::span<const float>& values = arrays.attributes[i];
     const std::string what = "attribute \"" + attribute.name + "\"";
     if (attribute.name.empty()) fail(label, "an attribute has no name");
     if (attribute.components < 1 || attribute.components > 4)
       fail(label, what + " has " + std::to_string(attribute.components) + " components: 1 to 4 are allowed");
-    if (attribute.data.size() % attribute.components != 0) fail(label, what + " holds a part of an element");
-    const std::size_t count = attribute.data.size() / attribute.components;
+    if (values.size() % attribute.components != 0) fail(label, what + " holds a part of an element");
+    const std::size_t count = values.size() / attribute.components;
     if (attribute.domain == HW_DOMAIN_VERTEX) {
       if (count != vertices)
         fail(label, what + " has " + std::to_string(count) + " elements for " + std::to_string(vertices) + " vertices");
@@ -132,9 +144,8 @@ void check_attributes(const std::string& label, MeshData& mesh, std::size_t vert
     const std::uint32_t hash = attribute_hash(attribute.name);
     if (std::find(hashes.begin(), hashes.end(), hash) != hashes.end()) fail(label, what + " is given twice");
     hashes.push_back(hash);
-    for (std::size_t at = 0;
-         (at += first_not_finite(attribute.data.data() + at, attribute.data.size() - at)) < attribute.data.size();)
-      attribute.data[at] = 0;
+    for (std::size_t at = 0; (at += first_not_finite(values.data() + at, values.size() - at)) < values.size();)
+      editable(values, attribute.data)[at] = 0;
   }
   if (mesh.default_uv < -1 || mesh.default_uv >= static_cast<int>(mesh.attributes.size()))
     fail(label, "default_uv is " + std::to_string(mesh.default_uv) + ": there are " +
@@ -166,50 +177,50 @@ std::size_t texel_bytes(std::uint32_t format) {
   }
 }
 
-MeshSummary check_mesh(Id id, MeshData& mesh) {
+MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays) {
   const std::string label = scene_label("mesh", mesh.name, id);
   if (id == ~Id{0}) fail(label, "this id is reserved");
-  if (mesh.positions.size() % 3 != 0) fail(label, "positions are not three numbers a vertex");
-  if (mesh.tri_vertices.size() % 3 != 0) fail(label, "tri_vertices are not three indices a triangle");
-  const std::size_t vertices = mesh.positions.size() / 3, triangles = mesh.tri_vertices.size() / 3;
-  if (mesh.tri_vertices.size() > kMaxElements || mesh.positions.size() > kMaxElements)
+  if (arrays.positions.size() % 3 != 0) fail(label, "positions are not three numbers a vertex");
+  if (arrays.tri_vertices.size() % 3 != 0) fail(label, "tri_vertices are not three indices a triangle");
+  const std::size_t vertices = arrays.positions.size() / 3, triangles = arrays.tri_vertices.size() / 3;
+  if (arrays.tri_vertices.size() > kMaxElements || arrays.positions.size() > kMaxElements)
     fail(label, "too large: " + std::to_string(vertices) + " vertices, " + std::to_string(triangles) +
                     " triangles (2^31 numbers at most)");
-  if (const std::size_t bad = first_not_finite(mesh.positions.data(), mesh.positions.size());
-      bad != mesh.positions.size())
+  if (const std::size_t bad = first_not_finite(arrays.positions.data(), arrays.positions.size());
+      bad != arrays.positions.size())
     fail(label, "the position of vertex " + std::to_string(bad / 3) + " is not finite");
-  if (triangles > 0 && largest(mesh.tri_vertices) >= vertices)
+  if (triangles > 0 && largest(arrays.tri_vertices) >= vertices)
     fail(label,
-         "a triangle names vertex " + std::to_string(largest(mesh.tri_vertices)) + " of " + std::to_string(vertices));
+         "a triangle names vertex " + std::to_string(largest(arrays.tri_vertices)) + " of " + std::to_string(vertices));
 
   std::size_t corners = vertices;
-  if (!mesh.tri_corners.empty()) {
-    if (mesh.tri_corners.size() != mesh.tri_vertices.size())
-      fail(label, "tri_corners has " + std::to_string(mesh.tri_corners.size() / 3) + " triangles, tri_vertices " +
+  if (!arrays.tri_corners.empty()) {
+    if (arrays.tri_corners.size() != arrays.tri_vertices.size())
+      fail(label, "tri_corners has " + std::to_string(arrays.tri_corners.size() / 3) + " triangles, tri_vertices " +
                       std::to_string(triangles));
-    const std::uint32_t last = largest(mesh.tri_corners);
+    const std::uint32_t last = largest(arrays.tri_corners);
     if (last >= kMaxElements) fail(label, "a triangle names corner " + std::to_string(last) + ": past 2^31");
     corners = std::size_t{last} + 1;
   }
-  if (!mesh.normals.empty()) {
-    if (mesh.normals.size() % 3 != 0) fail(label, "normals are not three numbers a corner");
-    if (mesh.normals.size() / 3 < corners)
-      fail(label, std::to_string(mesh.normals.size() / 3) + " normals for " + std::to_string(corners) + " corners");
-    if (mesh.normals.size() > kMaxElements) fail(label, "too many normals");
-    repair_normals(mesh);
+  if (!arrays.normals.empty()) {
+    if (arrays.normals.size() % 3 != 0) fail(label, "normals are not three numbers a corner");
+    if (arrays.normals.size() / 3 < corners)
+      fail(label, std::to_string(arrays.normals.size() / 3) + " normals for " + std::to_string(corners) + " corners");
+    if (arrays.normals.size() > kMaxElements) fail(label, "too many normals");
+    repair_normals(arrays, mesh.normals);
   }
-  if (!mesh.tri_slots.empty() && mesh.tri_slots.size() != triangles)
-    fail(label, "tri_slots has " + std::to_string(mesh.tri_slots.size()) + " entries for " + std::to_string(triangles) +
-                    " triangles");
-  check_attributes(label, mesh, vertices, triangles, corners);
+  if (!arrays.tri_slots.empty() && arrays.tri_slots.size() != triangles)
+    fail(label, "tri_slots has " + std::to_string(arrays.tri_slots.size()) + " entries for " +
+                    std::to_string(triangles) + " triangles");
+  check_attributes(label, mesh, arrays, vertices, triangles, corners);
 
   MeshSummary summary;
   summary.vertex_count = static_cast<std::uint32_t>(vertices);
   summary.triangle_count = static_cast<std::uint32_t>(triangles);
-  for (std::uint8_t slot : mesh.tri_slots) summary.max_slot = std::max<std::uint32_t>(summary.max_slot, slot);
+  for (std::uint8_t slot : arrays.tri_slots) summary.max_slot = std::max<std::uint32_t>(summary.max_slot, slot);
   for (std::size_t v = 0; v < vertices; ++v)
     for (std::size_t a = 0; a < 3; ++a) {
-      const float x = mesh.positions[3 * v + a];
+      const float x = arrays.positions[3 * v + a];
       summary.min[a] = v == 0 ? x : std::min(summary.min[a], x);
       summary.max[a] = v == 0 ? x : std::max(summary.max[a], x);
     }
@@ -271,9 +282,9 @@ void check_image(Id id, const ImageData& image) {
       std::size_t{image.width} * image.height > kMaxTexels)
     fail(label, size + " is too large: at most 65536 pixels a side and 2^30 in all");
   const std::size_t expected = std::size_t{image.width} * image.height * bytes;
-  if (image.texels.size() != expected)
-    fail(label, std::to_string(image.texels.size()) + " bytes for " + size + " pixels: " + std::to_string(expected) +
-                    " are needed");
+  const std::size_t given = image.keeper ? image.lent.size() : image.texels.size();
+  if (given != expected)
+    fail(label, std::to_string(given) + " bytes for " + size + " pixels: " + std::to_string(expected) + " are needed");
 }
 
 void check_world(const WorldData& world) {

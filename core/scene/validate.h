@@ -24,7 +24,8 @@ struct MeshSummary {
 };
 
 // Each throws SceneError naming the object and the reason. Those that take a reference to mutable data may repair it.
-MeshSummary check_mesh(Id id, MeshData& mesh);
+// arrays: those of the mesh. What is repaired is copied into the mesh's own vectors first, where it was lent.
+MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays);
 void check_instance(Id id, const InstanceData& instance, const float* matrices, std::size_t count);
 void check_light(Id id, const LightData& light);
 void check_material(Id id, const MaterialData& material);

@@ -178,6 +178,8 @@ struct Session::Impl {
 Session::Session(std::shared_ptr<Context> context, std::shared_ptr<Scene> scene)
     : impl_(std::make_unique<Impl>(std::move(context), std::move(scene))) {}
 
+Scene& Session::scene() const { return *impl_->scene; }
+
 Session::~Session() {
   impl_->cancelled = true;
   impl_->join();

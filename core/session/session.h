@@ -76,6 +76,7 @@ class Session {
   Session(std::shared_ptr<Context> context, std::shared_ptr<Scene> scene);
   ~Session();  // cancels and joins
 
+  Scene& scene() const;
   // scene.commit(), upload, build. Not while this or another session of the context renders (std::logic_error).
   SyncReport sync();
   // Throws std::invalid_argument naming a bad setting, std::logic_error when the scene was not synced or its last sync

@@ -44,6 +44,36 @@ def image_key(request: ImageRequest) -> tuple:
     return (img.original.session_uid, request.frame, img.colorspace_settings.name, img.alpha_mode)
 
 
+def plain_file(request: ImageRequest) -> bytes | str | None:
+    """The file that Blender would read an image's pixels from, its contents or its path; None: ask Blender for them.
+
+    Blender's memory counts where it has the pixels, and they may have been edited there; sequences, movies, tiles and
+    stereo pictures are more than a file.
+    """
+    img = request.image
+    if img.source != "FILE" or img.type != "IMAGE" or img.has_data or img.is_dirty or img.use_multiview:
+        return None
+    if len(img.packed_files):
+        return img.packed_files[0].packed_file.data if len(img.packed_files) == 1 else None
+    path = bpy.path.abspath(img.filepath, library=img.library)
+    try:
+        path.encode()
+    except UnicodeEncodeError:  # a name that is no UTF-8
+        return None
+    return path
+
+
+def decoded(request: ImageRequest, pixels: np.ndarray, opaque: bool) -> LoadedImage | None:
+    """An image whose file the core decoded; None: Blender changes such pixels when it loads them.
+
+    pixels: (H, W, 4) uint8, bottom row first, may be written to. opaque: its alpha is 255 everywhere.
+    """
+    img = request.image
+    if img.alpha_mode == "PREMUL" and not opaque:
+        return None
+    return _finish_bytes(img, pixels, LoadedImage(img.name, None), opaque)
+
+
 def _is_data(img) -> bool:
     return bool(getattr(img.colorspace_settings, "is_data", img.colorspace_settings.name == "Non-Color"))
 
@@ -116,34 +146,42 @@ def _load_sequence(request, loaded: LoadedImage) -> LoadedImage:
 
 
 def _finish(img, pixels, is_float: bool, loaded: LoadedImage) -> LoadedImage:
-    data = _is_data(img)
-    space = img.colorspace_settings.name
-    alpha = pixels.shape[2] == 4
     if pixels.shape[2] == 2:
         pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
-        alpha = True
-    if alpha and img.alpha_mode == "NONE":
+    return _finish_floats(img, pixels, loaded) if is_float else _finish_bytes(img, to_bytes(pixels), loaded)
+
+
+def _has_alpha(img, pixels, loaded: LoadedImage) -> bool:
+    """Whether an image's alpha counts; tells `loaded` whether it is multiplied in."""
+    alpha = pixels.shape[2] == 4 and img.alpha_mode != "NONE"
+    loaded.premultiplied = alpha and not _is_data(img) and img.alpha_mode in ("STRAIGHT", "PREMUL")
+    return alpha
+
+
+def _finish_floats(img, pixels, loaded: LoadedImage) -> LoadedImage:
+    # Blender keeps float images scene-linear; those with straight alpha are premultiplied when they are loaded.
+    if not _has_alpha(img, pixels, loaded) and pixels.shape[2] == 4:
         pixels[..., 3] = 1.0
-        alpha = False
-    premultiply = alpha and not data and img.alpha_mode in ("STRAIGHT", "PREMUL")
-    loaded.premultiplied = premultiply
-    if is_float:
-        # Blender keeps float images scene-linear; those with straight alpha are premultiplied when they are loaded.
-        if not np.isfinite(pixels).all():
-            loaded.notes.append(f"Image '{img.name}': it has pixels that are not finite; they are taken as 0")
-            pixels = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
-        half = img.depth <= 16 * img.channels and float(np.abs(pixels).max(initial=0.0)) < 65504.0
-        loaded.pixels = pixels.astype(np.float16) if half and img.depth else pixels
-        return loaded
+    if not np.isfinite(pixels).all():
+        loaded.notes.append(f"Image '{img.name}': it has pixels that are not finite; they are taken as 0")
+        pixels = np.nan_to_num(pixels, nan=0.0, posinf=0.0, neginf=0.0)
+    half = img.depth <= 16 * img.channels and float(np.abs(pixels).max(initial=0.0)) < 65504.0
+    loaded.pixels = pixels.astype(np.float16) if half and img.depth else pixels
+    return loaded
+
+
+def _finish_bytes(img, pixels, loaded: LoadedImage, opaque: bool = False) -> LoadedImage:
+    data, space = _is_data(img), img.colorspace_settings.name
+    alpha = _has_alpha(img, pixels, loaded)
     if not data and space not in _LINEAR and space not in _SRGB:
         loaded.notes.append(f"Image '{img.name}': colour space '{space}' is read as sRGB")
     loaded.srgb = not data and space not in _LINEAR
-    loaded.pixels = to_bytes(pixels)
-    if premultiply and loaded.pixels[..., 3].min(initial=255) < 255:  # rounding down, as Cycles
-        rgb, opacity = loaded.pixels[..., :3], loaded.pixels[..., 3:].astype(np.uint16)
+    loaded.pixels = pixels
+    if loaded.premultiplied and not opaque and pixels[..., 3].min(initial=255) < 255:  # rounding down, as Cycles
+        rgb, opacity = pixels[..., :3], pixels[..., 3:].astype(np.uint16)
         rgb[...] = (rgb * opacity // 255).astype(np.uint8)
-    if loaded.pixels.shape[2] == 4 and not alpha:
-        loaded.pixels[..., 3] = 255
+    if pixels.shape[2] == 4 and not alpha:
+        pixels[..., 3] = 255
     return loaded
 
 

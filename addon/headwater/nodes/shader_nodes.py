@@ -17,15 +17,19 @@ class Shader:
     def __init__(self, compiler: TreeCompiler, context: Context, node, weight):
         self.compiler, self.graph = compiler, compiler.graph
         self.context, self.node, self.weight = context, node, weight
+        self._sockets: dict = {}  # by name and by identifier, the first of each: asking Blender takes long
+        for socket in node.inputs:
+            self._sockets.setdefault(socket.name, socket)
+            self._sockets.setdefault(socket.identifier, socket)
 
     def __call__(self, name: str, default=None):
-        for socket in self.node.inputs:
-            if socket.name == name or socket.identifier == name:
-                return self.compiler.value(socket, self.context, default)
-        raise KeyError(f"it has no input '{name}'")
+        socket = self._sockets.get(name)
+        if socket is None:
+            raise KeyError(f"it has no input '{name}'")
+        return self.compiler.value(socket, self.context, default)
 
     def has(self, name: str) -> bool:
-        return any(s.name == name for s in self.node.inputs)
+        return name in self._sockets
 
     def normal(self, name="Normal", default=None):
         return self(name, default if default is not None else self.compiler.normal)

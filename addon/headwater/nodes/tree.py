@@ -214,18 +214,15 @@ class TreeCompiler:
 
     def run(self, generator) -> Expr:
         """Runs a generator that yields Asks, to its return value."""
-        return self._drive(generator)
+        return self._drive([(generator, None, None)], set(), None)
 
     def _run(self, ask: Ask) -> Expr:
-        def once():
-            return (yield ask)
-
-        return self._drive(once())
-
-    def _drive(self, generator):
-        stack = [(generator, None, None)]
+        stack: list = []
         running: set[tuple] = set()
-        answer = None
+        return self._drive(stack, running, self._begin(ask, stack, running))
+
+    def _drive(self, stack: list, running: set, answer):
+        """Runs the generators on the stack, which `answer` goes to first, to the last one's return value."""
         while stack:
             current, key, types = stack[-1]
             try:

@@ -3,7 +3,7 @@
 
 The core's scene belongs to one thread at a time. From the first build until `finish` it is the builder's: edits wait in
 a queue, which the builder makes before each build. The thread that syncs waits for it at the end only, so that Blender
-computes normals and decodes images meanwhile.
+computes normals and decodes what images the core does not, meanwhile.
 """
 
 import queue
@@ -13,7 +13,8 @@ from functools import partial
 
 from .problems import naming_as_here
 
-FIRST_BATCH = 100_000  # triangles that are worth a build of their own; doubles each time, so that builds stay few
+FIRST_BATCH = 20_000  # triangles that are worth a build of their own
+GROWTH = 1.3  # of the next batch over the last: builds stay few
 LAST_BATCH = 20_000  # triangles for which the last build is begun before the images are decoded
 
 
@@ -97,7 +98,7 @@ class Edits:
         self._triangles += len(tri_vertices)
         if self.early and self._triangles >= self._batch and not (self._builder and self._builder.busy):
             self._start()
-            self._batch *= 2
+            self._batch *= GROWTH
 
     def has_mesh(self, number: int) -> bool:
         """Asked between `finish` and the next sync's first build."""

@@ -186,7 +186,7 @@ class _Reader:
     def triangles(self) -> tuple[np.ndarray, np.ndarray | None]:
         """Corners of the triangles (T, 3), and the face of each or None where triangle i is face i."""
         if self.corners == 3 * self.faces:
-            return np.arange(self.corners, dtype=np.uint32).reshape(-1, 3), None
+            return _in_order(self.corners).reshape(-1, 3), None
         triangles = self.mesh.loop_triangles
         count = len(triangles)
         corners = np.empty((count, 3), np.int32)
@@ -194,6 +194,18 @@ class _Reader:
         faces = np.empty(count, np.int32)
         self.mesh.loop_triangle_polygons.foreach_get("value", faces)
         return corners.view(np.uint32), faces
+
+
+_ordered = np.arange(0, dtype=np.uint32)
+
+
+def _in_order(count: int) -> np.ndarray:
+    """0, 1, … count - 1 as uint32, to be read only: all meshes share them."""
+    global _ordered
+    if len(_ordered) < count:
+        _ordered = np.arange(max(count, 2 * len(_ordered)), dtype=np.uint32)
+        _ordered.flags.writeable = False
+    return _ordered[:count]
 
 
 def _slots(reader: _Reader, faces: np.ndarray | None, slot_count: int) -> np.ndarray | None:
@@ -288,6 +300,7 @@ class MeshSync:
             tri_slots=slots,
             attributes=attributes,
             default_uv=names.index(reader.uv) if reader.uv in names else -1,
+            lend=True,
         )
         record.slots = 1 if slots is None else int(slots.max()) + 1
         self.uploaded += 1

@@ -60,7 +60,7 @@ class SceneSync:
         self._sync = 0
         edits, ids, notes = Edits(self.scene), self._ids, self.notes
         self._edits = edits  # none of the parts has the scene itself
-        self.images = ImageSync(edits, ids, notes)
+        self.images = ImageSync(edits, ids, notes, core.ImageDecoder)
         self.materials = MaterialSync(edits, ids, notes, self.images, compile_material)
         self.meshes = MeshSync(edits, ids, notes)
         self.instances = InstanceSync(edits, ids, notes)
@@ -122,6 +122,7 @@ class SceneSync:
         except BaseException:
             self.usable = not self._edits.early
             self._edits.abandon()
+            self.images.abandon()
             raise
 
     def _sync_objects(self, depsgraph, updates, space, breathe, times) -> dict:
@@ -131,11 +132,17 @@ class SceneSync:
         layers = _layer_flags(depsgraph.view_layer.layer_collection)
         if layers != self._layers:
             self._groups, self._layers = {}, layers
-        collected = instances.collect(depsgraph, frame.enter, breathe, space)
+
+        def breathe_and_send():
+            breathe()
+            self.images.send_decoded()
+
+        collected = instances.collect(depsgraph, frame.enter, breathe_and_send, space)
         self._groups = frame._remembered
         after_meshes = time.perf_counter()
 
         self.instances.sync(collected, breathe)
+        self.images.send_decoded(breathe)
         self._edits.start_last()
         found = self.images.load(breathe)
         after_images = time.perf_counter()
