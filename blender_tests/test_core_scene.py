@@ -139,7 +139,7 @@ def test_errors_are_the_kinds_that_python_knows(core):
 def test_constants(core):
     assert core.flags["HW_MASK_CAMERA"] == 1 and core.flags["HW_MATERIAL_TRANSPARENT"] == 4
     assert "HW_OP_DIFFUSE" in core.material_ops and len(set(core.material_ops.values())) == len(core.material_ops)
-    assert core.integrators()[0] == "path" and len(set(core.integrators())) == 6
+    assert core.integrators()[0] == "path" and len(set(core.integrators())) == 7
     names = [name for name, _ in core.all_passes()]
     assert names[0] == "Combined" and len(names) == len(set(names)) == 23
 

@@ -19,7 +19,7 @@ def header_constants() -> dict:
     tables = (ROOT / "shaders/shared/tables.h").read_text()
     found = {m[1]: int(m[2]) for m in re.finditer(r"X\(HW_(OP_\w+), (\d+)u,", text)}
     found |= {m[1]: int(m[2], 0) for m in re.finditer(r"HW_CONST uint HW_(\w+) = (0x[0-9A-Fa-f]+|\d+)u;", text)}
-    found |= {m[1]: int(m[2]) for m in re.finditer(r"HW_CONST uint HW_(MATERIAL_\w+) = (\d+)u;", tables)}
+    found |= {m[1]: int(m[2]) for m in re.finditer(r"HW_CONST uint HW_(MATERIAL_(?!BYTES)\w+) = (\d+)u;", tables)}
     return found
 
 

@@ -103,6 +103,27 @@ PARAMETERS = {
             most=1024,
             soft_most=128,
         ),
+        Whole(
+            name="light_samples",
+            label="Light Samples",
+            summary="Light samples of each surface that the camera sees first",
+            effect="More: less noise in direct light for a shadow ray each, which is cheaper than another sample of "
+            "the pixel; edges and blur get none of it",
+            section="candidates",
+            least=1,
+            most=64,
+            soft_most=16,
+        ),
+        Whole(
+            name="reservoir_memory",
+            label="Memory",
+            summary="Memory for all cells, in MiB",
+            effect="Less: fewer surroundings are known at a time, and noise grows where they are not",
+            section="cells",
+            least=1,
+            most=1 << 16,
+            soft_most=1024,
+        ),
         Switch(
             name="temporal_reuse",
             label="Temporal Reuse",
@@ -363,7 +384,7 @@ INTEGRATORS = {
             "path",
             "Path Tracing",
             "One light sample and one bounce at each surface. Unbiased; the reference.",
-            {},
+            {"light_samples": 1},
         ),
         Integrator(
             "restir",
@@ -403,6 +424,13 @@ INTEGRATORS = {
             "The grid, used also by surfaces beyond it through its nearest cells.",
             _GRID,
             _GRID_UNBIASED,
+        ),
+        Integrator(
+            "wssr-hash",
+            "World-Space Hash",
+            "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; for any "
+            "number of lights.",
+            {"light_samples": 4, "candidates": 2, "reservoir_memory": 64},
         ),
     )
 }

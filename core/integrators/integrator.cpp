@@ -5,6 +5,7 @@
 #include "integrators/path.h"
 #include "integrators/restir.h"
 #include "integrators/wssr.h"
+#include "integrators/wssr_hash.h"
 #include "integrators/wssr_unbiased.h"
 #include "session/session.h"
 
@@ -12,7 +13,7 @@ namespace hw {
 
 namespace {
 
-// With fewer lights than this next-event estimation finds them as well as any reuse, at a fraction of the cost.
+// With fewer lights than this the tree finds them as well as any reuse, at a fraction of the cost.
 constexpr std::uint32_t kFewLights = 8;
 
 }  // namespace
@@ -37,6 +38,7 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
   if (name.starts_with("wssr") && !unbiased && !context.device.info().int64_atomics)
     throw DeviceError("the integrator '" + name + "' needs atomics on 64-bit numbers, which the driver of " +
                       context.device.info().name + " lacks; the estimator 'unbiased', 'restir' and 'path' do without");
+  if (name == "wssr-hash") return std::make_unique<WssrHashIntegrator>(context);
   if (name.starts_with("wssr")) {
     const CellStructure structure = name == "wssr-kd"     ? CellStructure::kTree
                                     : name == "wssr-grid" ? CellStructure::kGrid

@@ -33,14 +33,16 @@ struct IntegratorContext {
   bool transparent_shadows;                    // some material lets shadow rays through
   RenderSettings settings;
   const std::atomic<bool>& cancelled;
-  ReservoirStore& reservoirs;   // kept over frames
-  std::uint32_t light_count;    // in the light table
-  float light_power;            // estimate of all they send out [W]
-  LightChanges light_changes;   // since the last render of the session
-  float scene_radius;           // of a sphere about everything [m]
-  vec3 camera_position;         // world space
-  std::uint32_t width, height;  // of the region that is rendered, pixels
-  int threads;                  // of the host, 0: all
+  ReservoirStore& reservoirs;         // kept over frames
+  std::uint32_t light_count;          // in the light table
+  float light_power;                  // estimate of all they send out [W]
+  LightChanges light_changes;         // since the last render of the session
+  float scene_radius;                 // of a sphere about everything [m]
+  vec3 camera_position;               // world space
+  float pixel_size;                   // width of a pixel per metre of distance, or [m] where the camera is orthographic
+  std::uint32_t width, height;        // of the region that is rendered, pixels
+  int threads;                        // of the host, 0: all
+  std::uint64_t light_tree_revision;  // another when nodes of the tree are no longer what they were
 };
 
 // The value of constant 0, the features.

@@ -10,7 +10,18 @@
 
 namespace hw {
 
-PathIntegrator::PathIntegrator(const IntegratorContext& context) : stages_(context, false) {}
+namespace {
+
+// Told to the stages before they choose their kernels.
+const IntegratorContext& with_light_samples(const IntegratorContext& context) {
+  context.wave.params().light_samples = resolve_reuse(context.settings).light_samples;
+  return context;
+}
+
+}  // namespace
+
+PathIntegrator::PathIntegrator(const IntegratorContext& context)
+    : stages_(with_light_samples(context), LightSource::kDrawn) {}
 
 bool PathIntegrator::render(Commands& commands) {
   return stages_.render(commands, [](std::size_t) {});

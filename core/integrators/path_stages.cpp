@@ -78,7 +78,7 @@ void make_light_proxies(Commands& commands, const IntegratorContext& context) {
   dispatch_all(commands, context.device, context.kernels.get("light_proxies"), context.light_count);
 }
 
-PathStages::PathStages(const IntegratorContext& context, bool reuse)
+PathStages::PathStages(const IntegratorContext& context, LightSource source)
     : context_(context),
       camera_(context.kernels.get("camera", context.constants)),
       sort_(context.kernels.get("sort_hits", context.constants)),
@@ -87,7 +87,13 @@ PathStages::PathStages(const IntegratorContext& context, bool reuse)
       prepare_(context.kernels.get("queue_prepare")) {
   for (const SpecConstants& constants : context.class_constants) {
     surface_.push_back(&variant(context, "surface", "surface_procedural", kProcedural, constants));
-    shade_.push_back(&context.kernels.get(reuse ? "shade_reservoir" : "shade", constants));
+    shade_.push_back(&context.kernels.get(source == LightSource::kReservoir ? "shade_reservoir"
+                                          : source == LightSource::kChosen  ? "shade_chosen"
+                                                                            : "shade",
+                                          constants));
+    if (source != LightSource::kReservoir && context.wave.params().light_samples > 1)
+      next_event_.push_back(
+          &context.kernels.get(source == LightSource::kChosen ? "next_event_chosen" : "next_event", constants));
   }
   if (features_of(context.constants) & kPrograms)
     light_program_ = &context.kernels.get("light_program", context.constants);
@@ -156,18 +162,38 @@ void PathStages::shade(Commands& commands, std::size_t c) {
            {.out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address()});
 }
 
+bool PathStages::more_light_samples(Commands& commands) {
+  if (next_event_.empty()) return true;
+  Wave& w = context_.wave;
+  for (std::uint32_t number = 1; number < w.params().light_samples; ++number) {
+    if (context_.cancelled) return false;
+    commands.begin_stage("shade");
+    for (std::size_t c = 0; c < classes(); ++c)
+      dispatch(commands, *next_event_[c], surfaces(c), {.out_queue = w.shadow_queue->address(), .a = number});
+    if (!trace_shadows(commands, number)) return false;
+    prepare(commands, nullptr, RayKind::kNone, w.shadow_queue.get(), w.program_queue.get());
+  }
+  return true;
+}
+
 bool PathStages::light(Commands& commands) {
+  Wave& w = context_.wave;
+  prepare(commands, w.next.get(), RayKind::kIndirect, w.active.get());
+  context_.tracer.closest(commands, {&w.next->buffer, w.rays.get(), w.hits.get(), w.capacity()});
+  return trace_shadows(commands, 0);
+}
+
+bool PathStages::trace_shadows(Commands& commands, std::uint32_t number) {
   Wave& w = context_.wave;
   if (light_program_) {
     commands.begin_stage("light program");
     prepare(commands, w.program_queue.get(), RayKind::kNone, nullptr);
     dispatch(commands, *light_program_, *w.program_queue);
   }
-  prepare(commands, w.shadow_queue.get(), RayKind::kShadow, w.active.get());
-  prepare(commands, w.next.get(), RayKind::kIndirect, nullptr);
+  prepare(commands, w.shadow_queue.get(), RayKind::kShadow, nullptr);
   context_.tracer.any(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_hits.get(), w.capacity()});
-  context_.tracer.closest(commands, {&w.next->buffer, w.rays.get(), w.hits.get(), w.capacity()});
   // Shadow results are taken while the queue still lists every shadow ray of this step.
+  if (on_shadows) on_shadows(*w.shadow_queue, number);
   commands.begin_stage("resolve");
   // The transparent rounds shrink the queue: what arrived is added when a ray leaves it (shadow_surface.comp).
   if (shadow_surface_) return trace_transparent_shadows(commands);
@@ -198,8 +224,9 @@ bool PathStages::render(Commands& commands, const std::function<void(std::size_t
     for (std::size_t c = 0; c < classes(); ++c) {
       surface(commands, c);
       resample(c);
-      shade(commands, c);
     }
+    if (step == 0 && !more_light_samples(commands)) return false;
+    for (std::size_t c = 0; c < classes(); ++c) shade(commands, c);
     if (!light(commands)) return false;
     if (!advance(commands, step)) return true;
   }

@@ -36,10 +36,17 @@ void append_first_surfaces(Commands& commands, const IntegratorContext& context,
 // Runs light_proxies.comp: the lights as reuse sees them, for this frame. Parameters must have been written.
 void make_light_proxies(Commands& commands, const IntegratorContext& context);
 
+// Where shading has its light samples from (the variants of shade.comp).
+enum class LightSource { kDrawn, kReservoir, kChosen };
+
 class PathStages {
  public:
-  // `reuse`: shading takes light samples from reservoirs (shade's variant `shade_reservoir`).
-  PathStages(const IntegratorContext& context, bool reuse);
+  // Of several light samples a surface, the wave's parameters must tell already.
+  PathStages(const IntegratorContext& context, LightSource source);
+
+  // After shadow rays were traced, before what arrived is added. `number`: of the light sample they belong to, for
+  // surfaces that get several.
+  std::function<void(Queue& shadow_rays, std::uint32_t number)> on_shadows;
 
   // Starts the wave's paths, traces their camera rays.
   void camera(Commands& commands);
@@ -51,6 +58,9 @@ class PathStages {
   Queue& surfaces(std::size_t shading_class) { return *context_.wave.surface_queues[shading_class]; }
   // Light sample and BSDF sample of every surface of a class.
   void shade(Commands& commands, std::size_t shading_class);
+  // The first surfaces' light samples but one, each traced and added before the next: their paths have one place for a
+  // shadow ray. Between surface() and shade() of a path's first step. False: cancelled.
+  bool more_light_samples(Commands& commands);
   // Traces shadow rays and next rays, adds the light that arrived. False: cancelled.
   bool light(Commands& commands);
   // Makes the next rays the current ones. False: no path is left (`step` counts calls of a wave from 0). A Tracer on
@@ -70,6 +80,7 @@ class PathStages {
   void dispatch(Commands& commands, const Kernel& kernel, Queue& queue, Push push = {});
 
  private:
+  bool trace_shadows(Commands& commands, std::uint32_t number);
   bool trace_transparent_shadows(Commands& commands);
 
   std::uint32_t paths() const;  // of the wave
@@ -81,9 +92,9 @@ class PathStages {
   const Kernel& escaped_;
   const Kernel& resolve_;
   const Kernel& prepare_;
-  std::vector<const Kernel*> surface_, shade_;  // by class
-  const Kernel* light_program_ = nullptr;       // only where lights' emission is a program
-  const Kernel* shadow_begin_ = nullptr;        // these two only in scenes that let shadow rays through
+  std::vector<const Kernel*> surface_, shade_, next_event_;  // by class; the last only for several light samples
+  const Kernel* light_program_ = nullptr;                    // only where lights' emission is a program
+  const Kernel* shadow_begin_ = nullptr;                     // these two only in scenes that let shadow rays through
   const Kernel* shadow_surface_ = nullptr;
 };
 

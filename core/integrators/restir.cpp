@@ -11,7 +11,7 @@ RestirIntegrator::RestirIntegrator(const IntegratorContext& context, bool reproj
     : context_(context),
       params_(resolve_reuse(context.settings)),
       reproject_(reproject),
-      stages_(context, true),
+      stages_(context, LightSource::kReservoir),
       buffers_(context.device, context.wave.capacity(), context.light_count, false),
       candidates_(context.kernels.get("light_candidates", context.constants)),
       reuse_(context.kernels.get(params_.unbiased ? "screen_merge" : "screen_reuse",

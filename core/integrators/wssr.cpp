@@ -30,7 +30,7 @@ WssrIntegrator::WssrIntegrator(const IntegratorContext& context, CellStructure s
     : context_(context),
       params_(resolve_reuse(context.settings)),
       structure_(structure),
-      stages_(context, true),
+      stages_(context, LightSource::kReservoir),
       buffers_(context.device, context.wave.capacity(), context.light_count, true),
       candidates_(context.kernels.get("light_candidates", context.constants)),
       insert_(kernel(context, "cell_insert", structure)),

@@ -30,7 +30,7 @@ WssrUnbiasedIntegrator::WssrUnbiasedIntegrator(const IntegratorContext& context,
     : context_(context),
       params_(resolve_reuse(context.settings)),
       structure_(structure),
-      stages_(context, true),
+      stages_(context, LightSource::kReservoir),
       buffers_(context.device, context.wave.capacity(), context.light_count, true),
       candidates_(context.kernels.get("light_candidates", context.constants)),
       offer_(kernel(context, "record_offer", structure, context.constants)),
@@ -58,7 +58,7 @@ void WssrUnbiasedIntegrator::begin_frame(Commands& commands) {
   if (keeps_cells && tree() && store.records->has_history && !context_.settings.resume) {
     frame.pass = store.passes;
     store.records->fill(frame);
-    context_.wave.write_params(context_.device);
+    context_.wave.write_params(commands);
     const std::vector<LeafSurvey> seen = survey(commands);
     keeps_cells = !FollowingTreeHost::outgrown(seen, rules());
     if (keeps_cells) store.records->follow(context_.device, seen, rules());
@@ -69,7 +69,7 @@ void WssrUnbiasedIntegrator::begin_frame(Commands& commands) {
     store.passes = context_.settings.first_sample;
   }
   frame.pass = store.passes;
-  context_.wave.write_params(context_.device);
+  context_.wave.write_params(commands);
   make_light_proxies(commands, context_);
   wants_tree_ = !keeps_cells && tree();
   preparations_ = (wants_tree_ ? 1 : 0) + (keeps && keeps_cells ? 0 : 1);
@@ -85,7 +85,7 @@ void WssrUnbiasedIntegrator::begin_frame(Commands& commands) {
 void WssrUnbiasedIntegrator::start_cells(Commands& commands, Kept kept) {
   RecordCells& cells = *context_.reservoirs.records;
   cells.fill(context_.wave.params().reuse);
-  context_.wave.write_params(context_.device);
+  context_.wave.write_params(commands);
   commands.begin_stage("cells");
   dispatch_all(commands, context_.device, begin_, cells.count(), std::uint32_t(kept));
   stages_.prepare(commands, nullptr, RayKind::kNone, &cells.touched());

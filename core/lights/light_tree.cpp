@@ -229,8 +229,9 @@ void write(const LightBounds& b, LightTreeNode& n) {
   n.low = b.distant ? b.axis : b.low;
   n.high = b.distant ? b.axis : b.high;
   n.axis = octahedral_pack(b.axis);
-  n.cone = half_above(b.theta_o) | half_above(b.theta_e) << 16u | (b.distant ? HW_LIGHT_TREE_DISTANT : 0u) |
-           (b.two_sided ? HW_LIGHT_TREE_TWO_SIDED : 0u);
+  const auto height = [](float angle) { return 0.5f * (1 - std::cos(std::min(angle, HW_PI))); };
+  n.cone = half_above(height(b.theta_o)) | half_above(height(b.theta_e)) << 16u |
+           (b.distant ? HW_LIGHT_TREE_DISTANT : 0u) | (b.two_sided ? HW_LIGHT_TREE_TWO_SIDED : 0u);
   n.power = b.power;
 }
 

@@ -49,6 +49,8 @@ nb::dict reuse_dict(const ReuseParams& p) {
   d["grid_extent"] = p.grid_extent;
   d["cell_inputs"] = p.cell_inputs;
   d["points_per_leaf"] = p.points_per_leaf;
+  d["light_samples"] = p.light_samples;
+  d["reservoir_memory"] = p.reservoir_memory;
   d["reservoirs_per_cell"] = p.reservoirs_per_cell;
   d["history"] = p.history;
   d["temporal_reuse"] = p.temporal_reuse;

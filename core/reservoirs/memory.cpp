@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "reservoirs/light_cells.h"
 #include "reservoirs/record_cells.h"
 #include "session/reuse_settings.h"
 #include "shared/reuse.h"
@@ -28,6 +29,7 @@ std::uint64_t reservoir_bytes(const std::string& integrator, const ReuseParams& 
     const std::uint64_t n = p.grid_resolution;
     return n * n * n * p.reservoirs_per_cell * (p.unbiased ? kRecord : kCell);
   }
+  if (integrator == "wssr-hash") return LightCells::bytes_used(std::uint64_t(p.reservoir_memory) << 20);
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "reservoirs/cell_reservoirs.h"
+#include "reservoirs/light_cells.h"
 #include "reservoirs/record_cells.h"
 #include "reservoirs/screen_reservoirs.h"
 
@@ -18,9 +19,11 @@ struct ReservoirStore {
   std::unique_ptr<ScreenReservoirs> screen;
   std::unique_ptr<CellReservoirs> cells;
   std::unique_ptr<RecordCells> records;
+  std::unique_ptr<LightCells> light_cells;
 
   std::uint64_t bytes() const {
-    return (screen ? screen->bytes() : 0) + (cells ? cells->bytes() : 0) + (records ? records->bytes() : 0);
+    return (screen ? screen->bytes() : 0) + (cells ? cells->bytes() : 0) + (records ? records->bytes() : 0) +
+           (light_cells ? light_cells->bytes() : 0);
   }
   void clear() {
     kind.clear();
@@ -28,6 +31,7 @@ struct ReservoirStore {
     screen.reset();
     cells.reset();
     records.reset();
+    light_cells.reset();
   }
 };
 

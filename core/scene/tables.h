@@ -91,6 +91,8 @@ class Tables {
   float radius() const { return lights_->input_radius; }
   // Estimate of the flux of all lights together [W]: twice the emission gives twice of it.
   float light_power() const { return lights_->table.total_weight; }
+  // Counts the light trees that were built: a refit one keeps its nodes' lights.
+  std::uint64_t light_tree_revision() const { return lights_->tree_revision; }
   // HW_FEATURE_* that the world's program needs; 0 for a constant world.
   std::uint32_t world_features() const {
     return root_.world_material == HW_NONE ? 0 : material_features_[root_.world_material];
@@ -121,6 +123,7 @@ class Tables {
     bool wants_tree = false;
     bool tree_current = false;  // `tree` is of `table`
     LightTree tree;
+    std::uint64_t tree_revision = 0;
     LightSnapshot now, taken;  // of `table`, and as it was when changes were last taken
     bool noted = false;        // `now` is newer than `taken`
     std::uint64_t noted_images = 0;

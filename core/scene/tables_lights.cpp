@@ -207,6 +207,7 @@ void Tables::update_light_tree(bool rebuilt) {
   input.scene_radius = state.input_radius;
   if (rebuilt || !state.tree_current || !refit_light_tree(state.tree, input)) {
     state.tree = build_light_tree(input);
+    ++state.tree_revision;
     light_order_table_.assign(state.tree.order);
     light_position_table_.assign(state.tree.position);
   }
@@ -315,7 +316,7 @@ void Tables::choose_lights(const std::string& name) {
   const LightSelection selection = name == "uniform" ? LightSelection::kUniform : LightSelection::kPower;
   LightState& state = *lights_;
   state.wants_tree = name == "tree";
-  const bool wants_tree_now = state.wants_tree && !state.tree_current;
+  const bool wants_tree_now = state.wants_tree != state.tree_current;
   if (selection == state.selection && !wants_tree_now) return;
   lights_layout_dirty_ |= selection != state.selection;
   lights_dirty_ = true;

@@ -40,6 +40,12 @@ bool bsdf_hits_emit(const Tables& tables) {
   return world || root.light_count > 0 || (tables.totals().material_flags & HW_MATERIAL_EMISSIVE);
 }
 
+// What a pixel is wide: per metre of distance, or in metres where the camera is orthographic.
+float pixel_size(const CameraRecord& camera, std::uint32_t width) {
+  const float across = camera.type == HW_CAMERA_PANORAMIC ? 6.2831853f : camera.right - camera.left;
+  return across / static_cast<float>(width);
+}
+
 // HW_FRAME_* of the scene.
 std::uint32_t frame_flags(const Tables& tables) {
   const Root& root = tables.root();
@@ -107,12 +113,16 @@ void RenderLoop::render() {
   Wave& wave = *wave_;
   Commands commands(device);
 
-  const std::string choice = light_choice(settings_, tables_);
+  // Cells are over the tree, whatever is asked for.
+  const bool cells = settings_.integrator == "wssr-hash" && !renders_by_path(settings_, tables_.root().light_count);
+  const std::string choice = cells ? "tree" : light_choice(settings_, tables_);
   tables_.choose_lights(choice);
   const ShadingClasses& classes = tables_.totals().classes;
   const bool tree = choice == "tree" && tables_.root().light_tree_nodes > 0;
+  const std::uint32_t choice_features =
+      (tree ? HW_FEATURE_LIGHT_TREE : 0u) | (tree && cells ? HW_FEATURE_LIGHT_CELLS : 0u);
   auto constants_for = [&](std::uint32_t features) {
-    return SpecConstants{{0, features | scene_features(tables_) | (tree ? HW_FEATURE_LIGHT_TREE : 0u)},
+    return SpecConstants{{0, features | scene_features(tables_) | choice_features},
                          {1, film_.layout().mask},
                          {2, film_.layout().light_passes ? 1u : 0u}};
   };
@@ -139,11 +149,26 @@ void RenderLoop::render() {
   wave.reset_counters(commands);
 
   on_stage("loading kernels");
-  auto integrator = make_integrator(
-      {device, tracer_, *context_.kernels, wave, constants, class_constants,
-       (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0, settings_, cancelled_, reservoirs_,
-       tables_.root().light_count, tables_.light_power(), tables_.take_light_changes(), tables_.radius(),
-       camera_position(tables_.root().camera), film_.width(), film_.height(), context_.threads});
+  auto integrator = make_integrator({device,
+                                     tracer_,
+                                     *context_.kernels,
+                                     wave,
+                                     constants,
+                                     class_constants,
+                                     (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0,
+                                     settings_,
+                                     cancelled_,
+                                     reservoirs_,
+                                     tables_.root().light_count,
+                                     tables_.light_power(),
+                                     tables_.take_light_changes(),
+                                     tables_.radius(),
+                                     camera_position(tables_.root().camera),
+                                     pixel_size(tables_.root().camera, settings_.width),
+                                     film_.width(),
+                                     film_.height(),
+                                     context_.threads,
+                                     tables_.light_tree_revision()});
   accumulate_ = &context_.kernels->get("accumulate", constants);
   integrator->begin_frame(commands);
   if (passes(commands, *integrator, begun)) submit(commands);

@@ -34,6 +34,9 @@ std::vector<IntegratorInfo> make_table() {
                         "spatial_reuse", "visibility_reuse",    "reuse_weights", "history"};
   const Names world = {"candidates",     "indirect_candidates", "neighbours", "reservoirs_per_cell",
                        "temporal_reuse", "spatial_reuse",       "history",    "empty_cells"};
+  ReuseParams hash;
+  hash.candidates = 2;
+  hash.light_samples = 4;
   const Names grids = joined(world, {"grid_radius", "grid_resolution", "grid_extent", "cell_inputs", "grid_follow"});
   // Unbiased estimators: records are weighed by surfaces, so that they need neither inputs nor what lights empty cells.
   const Names shared = {"candidates", "indirect_candidates", "neighbours", "temporal_reuse", "spatial_reuse",
@@ -61,7 +64,11 @@ std::vector<IntegratorInfo> make_table() {
   ReuseParams grid_defaults = kd_defaults;
   grid_defaults.grid_radius = 1;
   return {
-      {"path", "Path Tracing", "One light sample and one bounce at each surface. Unbiased; the reference.", {}, {}},
+      {"path",
+       "Path Tracing",
+       "One light sample and one bounce at each surface. Unbiased; the reference.",
+       {"light_samples"},
+       {}},
       {"restir", "ReSTIR",
        "Reuses light samples of earlier passes and of nearby pixels at the first surface. Much cleaner under many "
        "lights; as the paper has it biased at edges.",
@@ -82,6 +89,13 @@ std::vector<IntegratorInfo> make_table() {
       {"wssr-grid-reproject", "World-Space Grid + Reprojection",
        "The grid, used also by surfaces beyond it through its nearest cells.", grids, grid, grid_unbiased,
        grid_defaults},
+      {"wssr-hash",
+       "World-Space Hash",
+       "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; for any number "
+       "of "
+       "lights.",
+       {"light_samples", "candidates", "reservoir_memory"},
+       hash},
   };
 }
 
@@ -161,6 +175,8 @@ ReuseParams resolve_reuse(const RenderSettings& s) {
   whole("cell_inputs", r.cell_inputs, 0, 1u << 20, p.cell_inputs);
   whole("points_per_leaf", r.points_per_leaf, 1, 1u << 20, p.points_per_leaf);
   whole("reservoirs_per_cell", r.reservoirs_per_cell, 1, 16, p.reservoirs_per_cell);
+  whole("light_samples", r.light_samples, 1, 64, p.light_samples);
+  whole("reservoir_memory", r.reservoir_memory, 1, 1u << 16, p.reservoir_memory);
   // Without an end of its history a reservoir freezes, and the picture's error with it.
   whole("history", r.history, unbiased ? 1 : 0, unbiased ? 1000 : 1u << 20, p.history);
   if (given("temporal_reuse", r.temporal_reuse)) p.temporal_reuse = *r.temporal_reuse;

@@ -101,7 +101,7 @@ void check(const RenderSettings& s) {
   if (!(s.filter_width > 0) || s.filter_width > 64) bad("filter width must be between 0 and 64 pixels");
   if (s.lights != "auto" && s.lights != "uniform" && s.lights != "power" && s.lights != "tree")
     bad("there is no light choice '" + s.lights + "'; choices are auto, uniform, power, tree");
-  if (s.lights == "tree" && s.integrator != "path")
+  if (s.lights == "tree" && s.integrator != "path" && s.integrator != "wssr-hash")
     bad("the integrator '" + s.integrator + "' does not choose lights by the tree; 'path' does");
   if (s.mist_falloff != "LINEAR" && s.mist_falloff != "QUADRATIC" && s.mist_falloff != "INVERSE_QUADRATIC")
     bad("there is no mist falloff '" + s.mist_falloff + "'");

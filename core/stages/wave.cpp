@@ -117,6 +117,7 @@ void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& l
   p.region_width = s.region[2] - s.region[0];
   p.region_height = s.region[3] - s.region[1];
   p.seed = s.seed;
+  p.light_samples = 1;
   p.passes = layout.mask;
   p.film_stride = layout.stride;
   std::copy(std::begin(layout.offset), std::end(layout.offset), std::begin(p.pass_offset));

@@ -5,6 +5,7 @@
 #define HW_LIGHT_CHOICE_GLSL
 #include "tables.glsl"
 #include "features.glsl"
+#include "light_cells.glsl"
 #include "light_sampling.h"
 #include "light_tree.glsl"
 #include "world_sampling.h"
@@ -51,17 +52,19 @@ float light_choice_pdf(uint light, vec3 origin, vec3 normal, bool transmits) {
 }
 // The same from a path's last vertex, for a light that its ray has found.
 float light_choice_pdf(uint light, PathState state) {
+  if (HW_HAS(HW_FEATURE_LIGHT_CELLS))
+    return light_cell_pdf(state.mis_cell, light, state.mis_origin, octahedral_unpack(state.mis_normal),
+                          (state.mis_normal & HW_RECEIVER_TRANSMITS) != 0u);
   return light_choice_pdf(light, state.mis_origin, octahedral_unpack(state.mis_normal),
                           (state.mis_normal & HW_RECEIVER_TRANSMITS) != 0u);
 }
 
-// A light and a point on it, for a surface at P (see light_choice).
-LightDraw draw_light(vec3 P, vec3 N, bool transmits, float u, vec2 u2) {
+// A point on a light, for a surface at P. `weight` takes the place of 1 / probability of the light; `mis_choice`: that
+// probability as MIS counts it.
+LightDraw draw_on_light(vec3 P, uint index, float weight, float mis_choice, vec2 u2) {
   LightDraw d;
   d.valid = false;
-  float choice;
-  uint index = light_choice(P, N, transmits, u, choice);
-  if (index == HW_NONE) return d;
+  if (index >= HW_ROOT.light_count || !(weight > 0.0)) return d;
   LightRecord light = light_load(index);
   d.light = index;
   d.flags = light.flags;
@@ -88,10 +91,17 @@ LightDraw draw_light(vec3 P, vec3 N, bool transmits, float u, vec2 u2) {
     d.program = HW_HAS(HW_FEATURE_EMISSION_PROGRAM) && (light.flags & HW_LIGHT_SHADER) != 0u;
     if (d.program) d.radiance = vec3(1.0);
   }
-  d.pdf *= choice;
-  d.mis_pdf = d.pdf;
+  d.mis_pdf = d.pdf * mis_choice;
+  d.pdf /= weight;
   d.valid = d.pdf > 0.0;
   return d;
+}
+
+// A light and a point on it, for a surface at P (see light_choice).
+LightDraw draw_light(vec3 P, vec3 N, bool transmits, float u, vec2 u2) {
+  float choice;
+  uint index = light_choice(P, N, transmits, u, choice);
+  return draw_on_light(P, index, choice > 0.0 ? 1.0 / choice : 0.0, choice, u2);
 }
 
 #ifdef HW_RESERVOIR

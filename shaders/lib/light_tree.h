@@ -70,9 +70,9 @@ HW_FN float light_tree_cos_less(float cos_a, float sin_a, float cos_b, float sin
 // else in [1e-30, 1e30].
 HW_FN float light_tree_importance(HW_IN(LightTreeNode) n, HW_IN(LightTreeReceiver) r) {
   bool distant = (n.cone & HW_LIGHT_TREE_DISTANT) != 0u;
-  vec2 angles = min(unpackHalf2x16(n.cone & 0x7FFF7FFFu), vec2(HW_PI));
-  float cos_o = cos(angles.x);
-  float sin_o = max(sin(angles.x), 0.0f);
+  vec2 heights = min(unpackHalf2x16(n.cone & 0x7FFF7FFFu), vec2(1.0f));
+  float cos_o = 1.0f - 2.0f * heights.x;
+  float sin_o = 2.0f * safe_sqrt(heights.x * (1.0f - heights.x));
   vec3 extent = (n.high - n.low) * 0.5f;
   vec3 to_middle = n.low + extent - (distant ? vec3(0.0f) : r.position);
   float r2 = dot(extent, extent);
@@ -97,7 +97,7 @@ HW_FN float light_tree_importance(HW_IN(LightTreeNode) n, HW_IN(LightTreeReceive
   float cos_1 = in_cone ? 1.0f : cos_e * cos_o + sin_e * sin_o;
   float sin_1 = in_cone ? 0.0f : max(sin_e * cos_o - cos_e * sin_o, 0.0f);
   float leaves = light_tree_cos_less(cos_1, sin_1, cos_u, sin_u);
-  leaves = distant ? 1.0f : (leaves < cos(angles.y) - HW_LIGHT_TREE_SLACK ? -1.0f : max(leaves, 0.0f));
+  leaves = distant ? 1.0f : (leaves < 1.0f - 2.0f * heights.y - HW_LIGHT_TREE_SLACK ? -1.0f : max(leaves, 0.0f));
 
   if (arrives < -HW_LIGHT_TREE_SLACK || leaves < 0.0f) {
     return 0.0f;

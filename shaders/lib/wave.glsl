@@ -69,6 +69,10 @@ void path_store_progress(uint path, PathState s) {
   w.at[5] = word_of(s.flags, s.bounces);
 }
 
+// Light samples that a surface gets on a path in this state: several at what the camera sees first, which is traced and
+// shaded once for all of them.
+uint light_samples_at(PathState s) { return s.bounces == 0u && s.transparent == 0u ? HW_FRAME.light_samples : 1u; }
+
 Ray ray_of_words(Words w) {
   uint64_t w1 = w.at[1], w3 = w.at[3];
   Ray r;

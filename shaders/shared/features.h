@@ -31,7 +31,8 @@ HW_CONST uint HW_FEATURE_VM_SHIFT = 16u;
 HW_CONST uint HW_FEATURE_WORLD_PROGRAM = 1u << 28;     // the background is a program, not a constant
 HW_CONST uint HW_FEATURE_EMISSION_PROGRAM = 1u << 29;  // some emissive material's emission varies
 
-HW_CONST uint HW_FEATURE_LIGHT_TREE = 1u << 30;  // lights are chosen by the light tree, not the alias table
+HW_CONST uint HW_FEATURE_LIGHT_TREE = 1u << 30;   // lights are chosen by the light tree, not the alias table
+HW_CONST uint HW_FEATURE_LIGHT_CELLS = 1u << 31;  // by cells that know where light comes from, and the tree below
 
 HW_NAMESPACE_END
 

@@ -10,10 +10,10 @@
 #include "portable.h"
 HW_NAMESPACE_BEGIN
 
-// Where everything below is at infinity (suns, the world), in the sign of theta_e. Then low = high = the mean direction
-// towards it (unit), and theta_o bounds the angle of directions about it.
+// Where everything below is at infinity (suns, the world), in the sign of theta_e's. Then low = high = the mean
+// direction towards it (unit), and theta_o bounds the angle of directions about it.
 HW_CONST uint HW_LIGHT_TREE_DISTANT = 0x80000000u;
-// Something below sends light along its axis and against it, in the sign of theta_o.
+// Something below sends light along its axis and against it, in the sign of theta_o's.
 HW_CONST uint HW_LIGHT_TREE_TWO_SIDED = 0x8000u;
 // A box this large [m] bounds nothing: lights further out, and the root over lights at infinity and others.
 HW_CONST float HW_LIGHT_TREE_UNBOUNDED = 1e18f;
@@ -21,9 +21,9 @@ HW_CONST float HW_LIGHT_TREE_UNBOUNDED = 1e18f;
 struct LightTreeNode {
   vec3 low;  // world box of what emits
   vec3 high;
-  uint axis;  // of the emission cone, octahedral; distant: towards the light
-  uint cone;  // two half floats, rounded up: theta_o (of normals about the axis), theta_e (of emission about a normal)
-              // [rad]; their signs are flags
+  uint axis;    // of the emission cone, octahedral; distant: towards the light
+  uint cone;    // two half floats, rounded up, whose signs are flags: (1 - cos) / 2 of theta_o (of normals about the
+                // axis) and of theta_e (of emission about a normal)
   float power;  // sum over lights of the largest radiant intensity [W sr^-1], of distant ones of irradiance [W m^-2];
                 // all times one factor that keeps them in range
   uint first;   // position of its first light

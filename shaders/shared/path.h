@@ -2,6 +2,7 @@
 // What the stages of an integrator share during a frame: parameters, per-path state, pass slots of the film.
 #ifndef HW_PATH_H
 #define HW_PATH_H
+#include "light_cells.h"
 #include "portable.h"
 #include "reuse.h"
 HW_NAMESPACE_BEGIN
@@ -148,9 +149,12 @@ struct FrameParams {
   float pass_alpha_threshold;
   float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
   uint frame_flags;                                    // HW_FRAME_*
+  uint light_samples;                                  // at the first surface of a path
+  uint pad;
   ReuseFrame reuse;
+  LightCellFrame light_cells;  // wssr-hash
 };
-HW_CHECK_SIZE(FrameParams, 640)
+HW_CHECK_SIZE(FrameParams, 720)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

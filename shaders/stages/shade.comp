@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // At a surface: one light sample with its shadow ray (next-event estimation), and one BSDF sample with the next ray.
-// shade_reservoir takes the light sample from the path's reservoir instead of drawing one.
+// shade_reservoir takes the light sample from the path's reservoir instead of drawing one, shade_chosen takes the light
+// that light_cell_choose.comp chose and draws a point on it.
+// next_event makes a light sample of a surface that gets several, and no next ray.
 // variant shade_reservoir: HW_RESERVOIR
+// variant shade_chosen: HW_CHOSEN
+// variant next_event: HW_NEXT_EVENT
+// variant next_event_chosen: HW_NEXT_EVENT HW_CHOSEN
+// a: number of the light sample; of more than the surface gets there are none.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/wave.glsl"
 #include "lib/closures.h"
+#include "lib/light_cells.glsl"
 #include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
 #include "lib/sampler.h"
@@ -20,13 +27,21 @@ vec3 shares_of(vec3 part, vec3 total) {
               total.z > 0.0 ? part.z / total.z : 0.0);
 }
 
-void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce) {
+// `samples`: light samples that this surface gets, of which this is number `number`.
+void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce,
+                  uint samples, uint number) {
 #ifdef HW_RESERVOIR
   Reservoir r = ReservoirArray(HW_FRAME.reuse.reservoirs).at[path];
   LightDraw draw = draw_reservoir(point.position, r, HW_FRAME.reuse.light_mis_scale);
+#elif defined(HW_CHOSEN)
+  uint index = state.sample_index * samples + number;
+  vec2 u2 = sampler_2d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
+  LightChoice choice = light_choice_load(path, number);
+  LightDraw draw = draw_on_light(point.position, choice.light, choice.weight, choice.pdf, u2);
 #else
-  float u = sampler_1d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
-  vec2 u2 = sampler_2d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
+  uint index = state.sample_index * samples + number;
+  float u = sampler_1d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
+  vec2 u2 = sampler_2d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
   LightDraw draw = draw_light(point.position, octahedral_unpack(point.receiver),
                               (point.receiver & HW_RECEIVER_TRANSMITS) != 0u, u, u2);
 #endif
@@ -38,8 +53,8 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   vec3 glossy = (draw.flags & HW_LIGHT_GLOSSY) != 0u ? bsdf.glossy : vec3(0.0);
   vec3 transmission = (draw.flags & HW_LIGHT_TRANSMISSION) != 0u ? bsdf.transmission : vec3(0.0);
   vec3 f = diffuse + glossy + transmission;
-  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(draw.mis_pdf, bsdf.pdf) : 1.0;
-  vec3 radiance = state.throughput * f * draw.radiance * (weight / draw.pdf);
+  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(float(samples) * draw.mis_pdf, bsdf.pdf) : 1.0;
+  vec3 radiance = state.throughput * f * draw.radiance * (weight / (draw.pdf * float(samples)));
   if (!(radiance.x + radiance.y + radiance.z > 0.0)) return;
 
   ShadowState shadow;
@@ -85,8 +100,16 @@ void main() {
   uint bounce = path_bounce(state.bounces);
   uint dimension_bounce = bounce + state.transparent;
 
-  if ((point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u)
-    sample_light(path, state, point, sg, list, dimension_bounce);
+  uint samples = light_samples_at(state);
+  if ((point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u) {
+#ifdef HW_NEXT_EVENT
+    if (push.a < samples)
+#endif
+    sample_light(path, state, point, sg, list, dimension_bounce, samples, push.a);
+  }
+#ifdef HW_NEXT_EVENT
+  return;
+#endif
 
   vec3 u3 = sampler_3d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_BSDF), HW_FRAME.seed);
   BsdfSample s = closures_sample(list, sg, u3);
@@ -128,10 +151,14 @@ void main() {
     state.flags = kept | (reflects ? HW_PATH_REFLECTION : HW_PATH_TRANSMISSION) |
                   (diffuse ? HW_PATH_DIFFUSE : singular ? HW_PATH_GLOSSY | HW_PATH_SINGULAR : HW_PATH_GLOSSY) |
                   (last ? HW_PATH_EMISSION_ONLY : 0u) | (keeps_background ? HW_PATH_BACKGROUND_VISIBLE : 0u);
-    state.mis_pdf = singular ? 0.0 : s.value.pdf;
+    // Against as many light samples as this surface has had: MIS sees nothing but the ratio of the two.
+    state.mis_pdf = singular ? 0.0 : s.value.pdf / float(samples);
     state.mis_origin = point.position;
     state.mis_normal = point.receiver;
     state.mis_cell = HW_NONE;
+#ifdef HW_CHOSEN
+    state.mis_cell = light_choice_load(path, 0u).cell;
+#endif
     if (!singular) state.min_pdf = min(state.min_pdf, s.value.pdf);
     ray.direction = s.wi;
     ray.tmax = HW_INFINITY;

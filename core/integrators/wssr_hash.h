@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// `wssr-hash`: light samples proposed by distributions that cells in world space learn from the shadow rays of every
+// bounce (shared/light_cells.h). What is kept from sample to sample is knowledge, never a sample: every sample is
+// unbiased and independent given what was known, so that the error keeps falling.
+#pragma once
+
+#include <memory>
+
+#include "integrators/path_stages.h"
+
+namespace hw {
+
+class WssrHashIntegrator final : public Integrator {
+ public:
+  explicit WssrHashIntegrator(const IntegratorContext& context);
+  bool render(Commands& commands) override;
+  bool samples_are_independent() const override { return false; }
+  void begin_frame(Commands& commands) override;
+  void end_pass(Commands& commands, int preparation) override;
+
+ private:
+  LightCells& cells() { return *context_.reservoirs.light_cells; }
+  void choose(Commands& commands, std::size_t shading_class);
+
+  IntegratorContext context_;
+  ReuseParams params_;
+  std::unique_ptr<PathStages> stages_;
+  std::unique_ptr<Buffer> chosen_, targets_, proxies_;  // for each path; for each light
+  Queue missing_;                                       // paths whose cell is not there
+  const Kernel& choose_;
+  const Kernel& request_;
+  const Kernel& learn_;
+  const Kernel& update_;
+  const Kernel& insert_;
+  const Kernel& clear_;
+};
+
+}  // namespace hw

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The hash table of `wssr-hash` (shared/light_cells.h) within a given amount of memory.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "gpu/device.h"
+#include "shared/light_cells.h"
+#include "stages/stage.h"
+
+namespace hw {
+
+class LightCells {
+ public:
+  // As many cells as fit in `bytes`, at least one bucket. Throws OutOfMemory.
+  LightCells(Device& device, std::uint64_t bytes);
+
+  // What a table in `bytes` takes of them.
+  static std::uint64_t bytes_used(std::uint64_t bytes);
+  std::uint32_t buckets() const { return buckets_; }
+  std::uint32_t count() const { return buckets_ * HW_LIGHT_CELL_WAYS; }
+  std::uint64_t bytes() const;
+  // Points a frame's parameters at the table.
+  void fill(LightCellFrame& frame) const;
+  // Cells in use. Waits for the device.
+  std::uint32_t occupied(Device& device) const;
+
+  std::uint64_t tree = 0;    // the light tree that cells' cuts are made of (Tables::light_tree_revision)
+  std::uint32_t passes = 0;  // that cells have been updated by
+
+ private:
+  std::uint32_t buckets_;
+  std::unique_ptr<Buffer> cells_, tags_, requests_;
+};
+
+}  // namespace hw

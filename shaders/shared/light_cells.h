@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `wssr-hash` keeps in world space: cells of a hash table, each with a learned distribution over a cut through the
+// light tree (shared/light_tree.h). Light samples are proposed by it; what shadow rays say of them teaches it.
+#ifndef HW_LIGHT_CELLS_SHARED_H
+#define HW_LIGHT_CELLS_SHARED_H
+#include "portable.h"
+HW_NAMESPACE_BEGIN
+
+HW_CONST uint HW_LIGHT_CELL_SLOTS = 32u;  // nodes of the tree that a cell tells apart, at most
+HW_CONST uint HW_LIGHT_CELL_WAYS = 4u;    // cells of a bucket of the hash table
+
+// A node of a cell's cut: what a surface must know of it to tell how much light to expect from it. The members are the
+// node's own (shared/light_tree.h), but for the power, which is what arrives of it as far as the cell knows.
+struct LightCellSlot {
+  vec3 low;
+  vec3 high;
+  uint axis;
+  uint cone;
+  float power;
+  uint node;
+};
+HW_CONST uint HW_LIGHT_CELL_SLOT_BYTES = 40u;
+HW_CHECK_SIZE(LightCellSlot, HW_LIGHT_CELL_SLOT_BYTES)
+
+// A cell. Its cut is a set of nodes that together hold every light once, ordered by their lights. Between updates
+// (stages/light_cell_update.comp) only `samples`, `used` and the sums change, by atomics whose order does not matter.
+//
+// `response` is what the cell knows of a node: the light that arrives from there (luminance, by way of the surfaces'
+// closures, shadows and all) over the node's importance. It is learned as the ratio of two sums: of the light that
+// came, and of the importance that was sampled for it.
+struct LightCell {
+  uint used;       // the pass it was last looked up in
+  uint samples;    // light samples that surfaces asked it for since the last update
+  uint slots;      // nodes of the cut; 0: not laid out yet
+  float evidence;  // light samples that its knowledge comes from, old ones counting less
+  float mean;      // light of one sample, in the mean
+  uint pad;
+  vec3 center;   // world space
+  float radius;  // half the cell's diagonal [m]
+  LightCellSlot slot[32];
+  uint first[32];  // place of the node's first light in the tree's order
+  float response[32];
+  float left[32];  // light that came from the node's two halves
+  float right[32];
+  float asked[32];        // importance that was sampled for it
+  uint64_t sum_left[32];  // the light since the last update, in fixed point (lib/reservoir_race.h)
+  uint64_t sum_right[32];
+  uint64_t sum_expected[32];  // the light that was to be expected by what the cell knew
+};
+HW_CONST uint HW_LIGHT_CELL_BYTES = 2728u;
+HW_CHECK_SIZE(LightCell, HW_LIGHT_CELL_BYTES)
+HW_CONST uint HW_LIGHT_CELL_FIRST_SLOT = 40u;
+HW_CHECK_OFFSET(LightCell, slot, HW_LIGHT_CELL_FIRST_SLOT)
+
+// The cell that a bucket is asked to take in with the next update: of all that are asked for, the one of the least tag.
+struct LightCellRequest {
+  uint tag;  // HW_NONE: none
+  float radius;
+  vec3 center;
+};
+HW_CONST uint HW_LIGHT_CELL_REQUEST_BYTES = 20u;
+HW_CHECK_SIZE(LightCellRequest, HW_LIGHT_CELL_REQUEST_BYTES)
+
+// Where the stages find them (FrameParams::light_cells). Tags lie apart, so that a look-up reads one line.
+struct LightCellFrame {
+  uint64_t cells;     // LightCell[buckets * HW_LIGHT_CELL_WAYS]
+  uint64_t tags;      // uint[buckets * HW_LIGHT_CELL_WAYS]: what the cell stands for; 0: free
+  uint64_t requests;  // LightCellRequest[buckets]
+  uint64_t missing;   // queue of paths whose cell is not there
+  uint64_t chosen;    // LightChoice[path * light samples of a first surface + number]
+  uint buckets;       // 0: no cells, lights are drawn from the tree alone
+  uint candidates;    // light samples that the one to be traced is chosen from
+  uint pass;          // counts updates
+  float size;         // of a cell as seen from the camera: width over distance [rad]; orthographic: width [m]
+  float least_size;   // [m]
+  float floor;        // of a node's response, over the cell's mean: what seems dark is looked at now and then
+  uint keep;          // passes that a cell nobody looks up stays
+  int fixed_exponent;
+};
+HW_CHECK_SIZE(LightCellFrame, 72)
+
+// What a surface's light samples come from: the cell it asked, and the light chosen for the sample under way.
+struct LightChoice {
+  uint cell;      // HW_NONE: none, the tree's root
+  uint light;     // HW_NONE: no light
+  float weight;   // takes the place of 1 / probability
+  float pdf;      // of the light, as MIS counts it
+  float teaches;  // 1 / luminance of the path's throughput
+  uint slot;      // of the cell's cut, that the light is in
+};
+HW_CONST uint HW_LIGHT_CHOICE_BYTES = 24u;
+HW_CHECK_SIZE(LightChoice, HW_LIGHT_CHOICE_BYTES)
+
+HW_NAMESPACE_END
+#endif
