@@ -19,9 +19,12 @@ using namespace hw::table_rig;
 Hit trace(Tracer& tracer, float x, float y, std::uint32_t mask = 0xff) {
   Buffer queue(device(), sizeof(QueueHeader) + 4, BufferUse::device, "queue"),
       rays(device(), sizeof(Ray), BufferUse::device, "rays"), hits(device(), sizeof(Hit), BufferUse::device, "hits");
-  const std::uint32_t header[5] = {1, 1, 1, 1, 0};
+  const struct {
+    QueueHeader header;
+    std::uint32_t path;
+  } one{{1, 1, 1, 1, 1, 1}, 0};
   const Ray ray{vec3(x, y, 10), 0, vec3(0, 0, -1), HW_INFINITY, mask};
-  device().write(queue, 0, std::as_bytes(std::span(header)));
+  device().write(queue, 0, std::as_bytes(std::span(&one, 1)));
   device().write(rays, 0, std::as_bytes(std::span(&ray, 1)));
   Commands commands(device());
   tracer.closest(commands, {&queue, &rays, &hits, 1});
