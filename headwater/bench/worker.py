@@ -14,7 +14,7 @@ import sys
 
 from headwater.bench.measured_blend import MeasuredBlend, sync_build
 from headwater.errors import UserError, first_line
-from headwater.integrators import INTEGRATORS
+from headwater.integrators import ESTIMATORS, INTEGRATORS
 from headwater.output import frame_path
 
 
@@ -68,9 +68,11 @@ def _forget(own) -> None:
     for name in ("integrator", "light_choice", "estimator"):
         own.property_unset(name)
     for integrator in INTEGRATORS.values():
-        group = getattr(own, integrator.group, None)
-        for name in integrator.defaults:
-            group.property_unset(name)
+        for estimator, _, _ in ESTIMATORS:
+            names = integrator.parameters(estimator)
+            group = getattr(own, integrator.group(estimator)) if names else None
+            for name in names:
+                group.property_unset(name)
 
 
 def main() -> int:
