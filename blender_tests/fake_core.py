@@ -313,7 +313,7 @@ def integrator_table():
 def reservoir_bytes(settings):
     """64 bytes a pixel for every integrator with reservoirs."""
     _refuse_reuse(settings)
-    return 64 * settings["width"] * settings["height"] if INTEGRATORS[settings["integrator"]].defaults else 0
+    return 64 * settings["width"] * settings["height"] if settings["integrator"] != "path" else 0
 
 
 def devices():

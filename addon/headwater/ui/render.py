@@ -63,7 +63,7 @@ class HEADWATER_RENDER_PT_sampling_render(_RenderPanel, bpy.types.Panel):
 
 
 class HEADWATER_RENDER_PT_reservoirs(_RenderPanel, bpy.types.Panel):
-    bl_label = "Reservoirs"
+    bl_label = "Light Sampling"
     bl_parent_id = "HEADWATER_RENDER_PT_sampling"
 
     @classmethod
@@ -87,7 +87,7 @@ class HEADWATER_RENDER_PT_reservoirs(_RenderPanel, bpy.types.Panel):
 
 
 def memory_text(scene) -> str:
-    """Memory of the scene's reservoirs at its resolution, or why the core refuses them; empty without a core."""
+    """Memory of the scene's reservoirs at its resolution, or why the core refuses them; empty without a core or any."""
     frame = frame_of(scene.render)
     try:
         size = native.core().reservoir_bytes(
@@ -97,6 +97,8 @@ def memory_text(scene) -> str:
         return ""
     except ValueError as error:
         return str(error)
+    if not size:
+        return ""
     return f"Memory: {size / 2**20:.1f} MiB at {frame.width} × {frame.height}"
 
 

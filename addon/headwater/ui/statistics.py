@@ -122,7 +122,7 @@ def _core_rows(stats: dict, integrator: str) -> list[tuple[str, str]]:
     if stats.get("reservoir_bytes"):
         share = stats["reservoir_bytes"] / max(memory.get("device_bytes", 0), stats["reservoir_bytes"])
         rows.append(("Reservoirs", f"{_size(stats['reservoir_bytes'])}, {share:.0%} of device memory"))
-    elif INTEGRATORS[integrator].defaults:
+    elif integrator != "path":
         rows.append(("Reservoirs", "none: too few lights"))
     scene = stats.get("scene", {})
     if scene:
