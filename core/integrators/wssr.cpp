@@ -6,7 +6,6 @@
 // that gathers the first surfaces it is built over (camera → trace), then one that fills the cells.
 #include "integrators/wssr.h"
 
-#include "lib/reservoir_race.h"
 #include "lib/world_grid.h"
 
 namespace hw {
@@ -15,11 +14,12 @@ namespace {
 
 bool tree(CellStructure s) { return s == CellStructure::kTree; }
 
-const Kernel& kernel(const IntegratorContext& context, const std::string& name, CellStructure structure) {
-  return context.kernels.get(tree(structure) ? name + "_tree" : name, context.constants);
-}
-
 }  // namespace
+
+const Kernel& cell_kernel(const IntegratorContext& context, const std::string& stage, CellStructure structure,
+                          const SpecConstants& constants) {
+  return context.kernels.get(tree(structure) ? stage + "_tree" : stage, constants);
+}
 
 std::string cell_layout(const RenderSettings& settings, const ReuseParams& p) {
   return settings.integrator + " " + std::to_string(p.reservoirs_per_cell) + " " + std::to_string(p.points_per_leaf) +
@@ -33,10 +33,10 @@ WssrIntegrator::WssrIntegrator(const IntegratorContext& context, CellStructure s
       stages_(context, LightSource::kReservoir),
       buffers_(context.device, context.wave.capacity(), context.light_count, true),
       candidates_(context.kernels.get("light_candidates", context.constants)),
-      insert_(kernel(context, "cell_insert", structure)),
+      insert_(cell_kernel(context, "cell_insert", structure, context.constants)),
       winner_(context.kernels.get("cell_winner", context.constants)),
-      reuse_(kernel(context, "cell_reuse", structure)),
-      begin_(kernel(context, "cell_begin", structure)),
+      reuse_(cell_kernel(context, "cell_reuse", structure, context.constants)),
+      begin_(cell_kernel(context, "cell_begin", structure, context.constants)),
       update_(context.kernels.get("cell_update", context.constants)) {}
 
 void WssrIntegrator::begin_frame(Commands& commands) {
@@ -46,8 +46,7 @@ void WssrIntegrator::begin_frame(Commands& commands) {
   buffers_.fill(frame);
   buffers_.follow_lights(context_.device, frame, context_.light_changes);
   if (structure_ == CellStructure::kGridReproject) frame.flags |= HW_REUSE_REPROJECT;
-  // Typical weights are irradiances at some metres from the lights: well below their power.
-  frame.fixed_exponent = fixed_exponent(context_.light_power) - 8;
+  frame.fixed_exponent = light_sum_exponent(context_.light_power);
   frame.grid = world_grid(context_.camera_position, params_.grid_extent, params_.grid_resolution,
                           params_.reservoirs_per_cell, params_.grid_rides);
   const std::string kind = cell_layout(context_.settings, params_);

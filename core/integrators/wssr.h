@@ -10,6 +10,10 @@ namespace hw {
 
 enum class CellStructure { kTree, kGrid, kGridReproject };
 
+// The kernel of a stage over cells, which has a variant for the tree.
+const Kernel& cell_kernel(const IntegratorContext& context, const std::string& stage, CellStructure structure,
+                          const SpecConstants& constants);
+
 // What decides how many cells there are and what they stand for.
 std::string cell_layout(const RenderSettings& settings, const ReuseParams& params);
 

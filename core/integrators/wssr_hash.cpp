@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string>
 
-#include "lib/reservoir_race.h"
+#include "stages/reuse_wave.h"
 
 namespace hw {
 
@@ -69,8 +69,7 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   f.least_size = kLeastSize * context_.scene_radius;
   f.floor = kFloor;
   f.keep = kKeepPasses;
-  // Typical light at a surface is irradiance at some metres from the lights: well below their power.
-  f.fixed_exponent = fixed_exponent(context_.light_power) - 8;
+  f.fixed_exponent = light_sum_exponent(context_.light_power);
   context_.wave.write_params(commands);
 
   make_light_proxies(commands, context_);

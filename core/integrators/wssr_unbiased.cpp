@@ -19,11 +19,6 @@ constexpr std::uint32_t kMostChanges = 1 << 14;
 // Passes of a frame after which the tree follows what bounces have seen; from then on, frames.
 constexpr std::uint32_t kFirstPasses = 8;
 
-const Kernel& kernel(const IntegratorContext& context, const std::string& name, CellStructure structure,
-                     SpecConstants constants) {
-  return context.kernels.get(structure == CellStructure::kTree ? name + "_tree" : name, constants);
-}
-
 }  // namespace
 
 WssrUnbiasedIntegrator::WssrUnbiasedIntegrator(const IntegratorContext& context, CellStructure structure)
@@ -33,10 +28,10 @@ WssrUnbiasedIntegrator::WssrUnbiasedIntegrator(const IntegratorContext& context,
       stages_(context, LightSource::kReservoir),
       buffers_(context.device, context.wave.capacity(), context.light_count, true),
       candidates_(context.kernels.get("light_candidates", context.constants)),
-      offer_(kernel(context, "record_offer", structure, context.constants)),
-      winner_(kernel(context, "record_winner", structure, context.constants)),
-      merge_(kernel(context, "record_merge", structure, with_weights(context.constants, params_.weights))),
-      begin_(kernel(context, "record_begin", structure, context.constants)),
+      offer_(cell_kernel(context, "record_offer", structure, context.constants)),
+      winner_(cell_kernel(context, "record_winner", structure, context.constants)),
+      merge_(cell_kernel(context, "record_merge", structure, with_weights(context.constants, params_.weights))),
+      begin_(cell_kernel(context, "record_begin", structure, context.constants)),
       update_(context.kernels.get("record_update", context.constants)) {}
 
 FollowingTreeHost::Rules WssrUnbiasedIntegrator::rules() const {

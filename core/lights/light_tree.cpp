@@ -10,11 +10,11 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
-#include <system_error>
 #include <thread>
 
 #include "lib/frame.h"
 #include "lights/light_bounds.h"
+#include "threads/both.h"
 
 namespace hw {
 namespace {
@@ -34,23 +34,8 @@ int thread_count(int wanted) {
   return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-// Runs both, the first on a thread of its own where there are threads for it.
-template <class First, class Second>
-void both(int threads, std::size_t lights, const First& first, const Second& second) {
-  if (threads < 2 || lights < kLightsPerThread) {
-    first(1);
-    second(1);
-    return;
-  }
-  std::thread other;
-  try {
-    other = std::thread(first, threads / 2);
-  } catch (const std::system_error&) {  // no thread to be had
-    first(1);
-  }
-  second(threads - threads / 2);
-  if (other.joinable()) other.join();
-}
+// Of `threads`, those that are worth their start for so many lights.
+int worth(int threads, std::size_t lights) { return lights < kLightsPerThread ? 1 : threads; }
 
 // Calls body(begin, end) for parts of [0, count).
 template <class Body>
@@ -58,7 +43,7 @@ void in_parts(int threads, std::size_t begin, std::size_t end, const Body& body)
   if (threads < 2 || end - begin < kLightsPerThread) return body(begin, end);
   const std::size_t middle = begin + (end - begin) / 2;
   both(
-      threads, end - begin, [&](int n) { in_parts(n, begin, middle, body); },
+      worth(threads, end - begin), [&](int n) { in_parts(n, begin, middle, body); },
       [&](int n) { in_parts(n, middle, end, body); });
 }
 
@@ -115,7 +100,7 @@ class Builder {
     const std::size_t left = split(first, count, depth);
     const auto right_free = static_cast<std::uint32_t>(free + 2 * left);
     both(
-        threads, count, [&, this](int t) { build(free, first, left, free + 2, depth + 1, t); },
+        worth(threads, count), [&, this](int t) { build(free, first, left, free + 2, depth + 1, t); },
         [&, this](int t) { build(free + 1, first + left, count - left, right_free, depth + 1, t); });
   }
 
@@ -276,7 +261,7 @@ Summary fit(std::span<LightTreeNode> nodes, std::span<const Item> items, std::ui
   } else {
     Summary a, b;
     both(
-        threads, n.count, [&](int t) { a = fit(nodes, items, n.child, t); },
+        worth(threads, n.count), [&](int t) { a = fit(nodes, items, n.child, t); },
         [&](int t) { b = fit(nodes, items, n.child + 1, t); });
     sum.bounds = unite(a.bounds, b.bounds);
     sum.looseness = a.looseness + b.looseness;

@@ -7,10 +7,10 @@
 #include <cfloat>
 #include <cmath>
 #include <limits>
-#include <system_error>
 #include <thread>
 
 #include "lib/kd_tree.h"
+#include "threads/both.h"
 
 namespace hw {
 
@@ -46,19 +46,7 @@ class Builder {
     const std::size_t below = split(points, words_[node]);
     const auto left = [&](int n) { build(points.first(below), 2 * node + 1, level + 1, n); };
     const auto right = [&](int n) { build(points.subspan(below), 2 * node + 2, level + 1, n); };
-    if (threads > 1 && points.size() > kPointsPerThread) {
-      std::thread other;
-      try {
-        other = std::thread(left, threads / 2);
-      } catch (const std::system_error&) {  // no thread to be had
-        left(1);
-      }
-      right(threads - threads / 2);
-      if (other.joinable()) other.join();
-    } else {
-      left(1);
-      right(1);
-    }
+    both(points.size() > kPointsPerThread ? threads : 1, left, right);
   }
 
  private:

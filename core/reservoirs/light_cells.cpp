@@ -3,7 +3,6 @@
 #include "reservoirs/light_cells.h"
 
 #include <algorithm>
-#include <vector>
 
 namespace hw {
 
@@ -34,12 +33,6 @@ void LightCells::fill(LightCellFrame& frame) const {
   frame.tags = tags_->address();
   frame.requests = requests_->address();
   frame.buckets = buckets_;
-}
-
-std::uint32_t LightCells::occupied(Device& device) const {
-  std::vector<std::uint32_t> tags(count());
-  device.read(*tags_, 0, std::as_writable_bytes(std::span(tags)));
-  return static_cast<std::uint32_t>(tags.size() - std::count(tags.begin(), tags.end(), 0u));
 }
 
 }  // namespace hw

@@ -23,8 +23,6 @@ class LightCells {
   std::uint64_t bytes() const;
   // Points a frame's parameters at the table.
   void fill(LightCellFrame& frame) const;
-  // Cells in use. Waits for the device.
-  std::uint32_t occupied(Device& device) const;
 
   std::uint64_t tree = 0;    // the light tree that cells' cuts are made of (Tables::light_tree_revision)
   std::uint32_t passes = 0;  // that cells have been updated by

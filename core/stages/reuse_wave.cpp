@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "lib/reservoir_race.h"
+
 namespace hw {
 
 namespace {
@@ -43,6 +45,8 @@ void ReuseWave::follow_lights(Device& device, ReuseFrame& frame, const LightChan
   frame.light_remap = light_remap ? light_remap->address() : 0;
   frame.light_remap_count = std::uint32_t(changes.remap.size());
 }
+
+int light_sum_exponent(float light_power) { return fixed_exponent(light_power) - 8; }
 
 void apply_reuse(ReuseFrame& f, const ReuseParams& p, std::uint32_t width, std::uint32_t height) {
   f.candidates = p.candidates;

@@ -27,6 +27,10 @@ class ReuseWave {
   std::unique_ptr<Queue> visible;  // candidates whose visibility is asked for
 };
 
+// The scale of fixed-point sums (lib/reservoir_race.h) of light at surfaces, for lights of so much power in all [W].
+// Typical terms are irradiances at some metres from the lights: well below their power.
+int light_sum_exponent(float light_power);
+
 // Fills the parts of ReuseFrame that settings decide. width, height: of the full picture, pixels.
 void apply_reuse(ReuseFrame& frame, const ReuseParams& params, std::uint32_t width, std::uint32_t height);
 

@@ -11,6 +11,16 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) buffer LightCellArr
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LightCellRequestArray { LightCellRequest at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LightChoiceArray { LightChoice at[]; };
 
+// A cell has been asked and taught nothing since the last update.
+void light_cell_forget_pass(LightCellArray cells, uint cell) {
+  cells.at[cell].samples = 0u;
+  for (uint k = 0u; k < HW_LIGHT_CELL_SLOTS; ++k) {
+    cells.at[cell].sum_left[k] = uint64_t(0u);
+    cells.at[cell].sum_right[k] = uint64_t(0u);
+    cells.at[cell].sum_expected[k] = uint64_t(0u);
+  }
+}
+
 // The choice of light sample `number` of a path's surface; surfaces that get one have it as number 0.
 LightChoice light_choice_load(uint path, uint number) {
   return LightChoiceArray(HW_CELLS.chosen).at[path * HW_FRAME.light_samples + number];

@@ -4,9 +4,8 @@
 // reads it knows its p_hat: no cell target, no 1/M.
 #ifndef HW_RECORD_CELLS_GLSL
 #define HW_RECORD_CELLS_GLSL
-#include "reuse.glsl"
+#include "cell_place.glsl"
 #include "following_tree.h"
-#include "world_grid.h"
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RecordCellArray { RecordCell at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer WitnessArray { vec3 at[]; };
@@ -26,22 +25,15 @@ bool record_is_fresh(uint cell) {
 
 // Decides whose record a cell keeps. A bijection of what tells the pass's paths apart, so that no two are alike.
 uint record_key(PathState state) {
-  uint id = state.pixel ^ ((path_bounce(state.bounces) + state.transparent) << 25u);
-  return sampler_hash(id ^ sampler_hash(HW_REUSE.pass ^ sampler_hash(HW_FRAME.seed ^ 0x7f4a7c15u)));
+  return sampler_hash(cell_sample_id(state) ^ sampler_hash(HW_REUSE.pass ^ sampler_hash(HW_FRAME.seed ^ 0x7f4a7c15u)));
 }
 
 // The cell P (world space) lies in; HW_NONE: outside of all.
 uint record_cell(vec3 P) {
 #ifdef HW_CELLS_TREE
-  // A leaf has no extent of its own to divide: its slots are told apart by where P lies in a small lattice.
-  uint slot = sampler_hash_combine(sampler_hash(floatBitsToUint(P.x) >> 12u),
-                                   (floatBitsToUint(P.y) >> 12u) ^ (floatBitsToUint(P.z) >> 13u)) % HW_REUSE.cell_slots;
-  return following_leaf(HW_REUSE.leaves, P).link * HW_REUSE.cell_slots + slot;
+  return leaf_reservoir(following_leaf(HW_REUSE.leaves, P).link, P);
 #else
-  ivec3 cell;
-  bool inside = grid_cell(HW_REUSE.grid, P, cell);
-  bool taken = inside || reuse_has(HW_REUSE_REPROJECT);  // grid_cell leaves the nearest one where P is outside
-  return taken ? grid_reservoir(HW_REUSE.grid, cell, P) : HW_NONE;
+  return grid_reservoir_of(P);
 #endif
 }
 

@@ -3,10 +3,9 @@
 // cell_slots reservoirs. Which cell a surface lies in, which are its neighbours.
 #ifndef HW_REUSE_CELLS_GLSL
 #define HW_REUSE_CELLS_GLSL
-#include "reuse.glsl"
+#include "cell_place.glsl"
 #include "kd_tree.h"
 #include "reservoir_race.h"
-#include "world_grid.h"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer CellArray { ReuseCell at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer KeyArray { uint64_t at[]; };
@@ -19,16 +18,9 @@ Reservoir cell_held(uint cell) {
 // The reservoir of P's own cell; HW_NONE: P lies outside of all cells.
 uint cell_of(vec3 P) {
 #ifdef HW_CELLS_TREE
-  uint leaf = kd_leaf(HW_REUSE.tree, P);
-  // A leaf has no extent of its own to divide: its slots are told apart by where P lies in a small lattice.
-  uint slot = sampler_hash_combine(sampler_hash(floatBitsToUint(P.x) >> 12u),
-                                   (floatBitsToUint(P.y) >> 12u) ^ (floatBitsToUint(P.z) >> 13u)) % HW_REUSE.cell_slots;
-  return leaf * HW_REUSE.cell_slots + slot;
+  return leaf_reservoir(kd_leaf(HW_REUSE.tree, P), P);
 #else
-  ivec3 cell;
-  bool inside = grid_cell(HW_REUSE.grid, P, cell);
-  bool taken = inside || reuse_has(HW_REUSE_REPROJECT);  // grid_cell leaves the nearest one where P is outside
-  return taken ? grid_reservoir(HW_REUSE.grid, cell, P) : HW_NONE;
+  return grid_reservoir_of(P);
 #endif
 }
 
@@ -44,10 +36,5 @@ uint cell_neighbour(vec3 P, uint i, uint k, float u, inout uint random) {
 #endif
   uint slot = min(uint(random_next(random) * float(HW_REUSE.cell_slots)), HW_REUSE.cell_slots - 1u);
   return other == HW_NONE ? HW_NONE : other * HW_REUSE.cell_slots + slot;
-}
-
-// Tells the samples of a pass apart: by pixel and how far along the path.
-uint cell_sample_id(PathState state) {
-  return state.pixel ^ ((path_bounce(state.bounces) + state.transparent) << 25u);
 }
 #endif

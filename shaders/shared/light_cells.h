@@ -68,13 +68,13 @@ struct LightCellFrame {
   uint64_t requests;  // LightCellRequest[buckets]
   uint64_t missing;   // queue of paths whose cell is not there
   uint64_t chosen;    // LightChoice[path * light samples of a first surface + number]
-  uint buckets;       // 0: no cells, lights are drawn from the tree alone
-  uint candidates;    // light samples that the one to be traced is chosen from
-  uint pass;          // counts updates
-  float size;         // of a cell as seen from the camera: width over distance [rad]; orthographic: width [m]
-  float least_size;   // [m]
-  float floor;        // of a node's response, over the cell's mean: what seems dark is looked at now and then
-  uint keep;          // passes that a cell nobody looks up stays
+  uint buckets;
+  uint candidates;   // light samples that the one to be traced is chosen from
+  uint pass;         // counts updates
+  float size;        // of a cell as seen from the camera: width over distance [rad]; orthographic: width [m]
+  float least_size;  // [m]
+  float floor;       // of a node's response, over the cell's mean: what seems dark is looked at now and then
+  uint keep;         // passes that a cell nobody looks up stays
   int fixed_exponent;
 };
 HW_CHECK_SIZE(LightCellFrame, 72)

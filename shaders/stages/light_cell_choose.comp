@@ -47,7 +47,7 @@ void main() {
   TargetSurface target = target_surface(surface);
   bool transmits = (point.receiver & HW_RECEIVER_TRANSMITS) != 0u;
   LightTreeReceiver receiver = LightTreeReceiver(point.position, octahedral_unpack(point.receiver), transmits);
-  uint cell = HW_CELLS.buckets > 0u ? look_up(path, light_cell_of(state, point, target)) : HW_NONE;
+  uint cell = look_up(path, light_cell_of(state, point, target));
   choice.cell = cell;
   float brightness = luminance(max(state.throughput, vec3(0.0)));
   choice.teaches = brightness > 0.0 ? 1.0 / brightness : 0.0;

@@ -17,11 +17,6 @@ void main() {
     uint cell = bucket * HW_LIGHT_CELL_WAYS + way;
     if (push.b == 1u) tags.at[cell] = 0u;
     if (tags.at[cell] == 0u || cells.at[cell].samples == 0u) continue;
-    cells.at[cell].samples = 0u;
-    for (uint k = 0u; k < HW_LIGHT_CELL_SLOTS; ++k) {
-      cells.at[cell].sum_left[k] = uint64_t(0u);
-      cells.at[cell].sum_right[k] = uint64_t(0u);
-      cells.at[cell].sum_expected[k] = uint64_t(0u);
-    }
+    light_cell_forget_pass(cells, cell);
   }
 }

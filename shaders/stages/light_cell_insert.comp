@@ -26,16 +26,11 @@ void main() {
   if (place == HW_NONE) return;
   tags.at[place] = asked.tag;
   cells.at[place].used = HW_CELLS.pass;
-  cells.at[place].samples = 0u;
+  light_cell_forget_pass(cells, place);
   cells.at[place].evidence = 0.0;
   cells.at[place].mean = 0.0;
   cells.at[place].radius = asked.radius;
   cells.at[place].center = asked.center;
-  for (uint k = 0u; k < HW_LIGHT_CELL_SLOTS; ++k) {
-    cells.at[place].sum_left[k] = uint64_t(0u);
-    cells.at[place].sum_right[k] = uint64_t(0u);
-    cells.at[place].sum_expected[k] = uint64_t(0u);
-  }
   uint slots = light_cell_begin(cells, place);
   cells.at[place].slots = slots;
   light_cell_weigh(cells, place, slots, 0.0, 0.0, 0.0);
