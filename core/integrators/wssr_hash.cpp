@@ -24,6 +24,7 @@ WssrHashIntegrator::WssrHashIntegrator(const IntegratorContext& context)
     : context_(context),
       params_(resolve_reuse(context.settings)),
       missing_(context.device, context.wave.capacity(), "missing light cells"),
+      leaves_kernel_(context.kernels.get("light_leaves", context.constants)),
       choose_(context.kernels.get("light_cell_choose", context.constants)),
       request_(context.kernels.get("light_cell_request", context.constants)),
       learn_(context.kernels.get("light_cell_learn", context.constants)),
@@ -35,7 +36,7 @@ WssrHashIntegrator::WssrHashIntegrator(const IntegratorContext& context)
   };
   chosen_ = make(sizeof(LightChoice) * params_.light_samples, context.wave.capacity(), "light choices");
   targets_ = make(sizeof(ReuseSurface), context.wave.capacity(), "path targets");
-  proxies_ = make(sizeof(LightProxy), std::max(context.light_count, 1u), "light proxies");
+  leaves_ = make(sizeof(LightLeaf), std::max(context.light_count, 1u), "light leaves");
   context_.wave.params().light_samples = params_.light_samples;
   stages_ = std::make_unique<PathStages>(context_, LightSource::kChosen);
 }
@@ -57,12 +58,12 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
 
   FrameParams& frame = context_.wave.params();
   frame.reuse.targets = targets_->address();
-  frame.reuse.proxies = proxies_->address();
   frame.reuse.light_mis_scale = static_cast<float>(params_.candidates);
   LightCellFrame& f = frame.light_cells;
   cells().fill(f);
   f.missing = missing_.address();
   f.chosen = chosen_->address();
+  f.leaves = leaves_->address();
   f.candidates = params_.candidates;
   f.pass = cells().passes;
   f.size = kCellPixels * context_.pixel_size;
@@ -72,8 +73,8 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   f.fixed_exponent = light_sum_exponent(context_.light_power);
   context_.wave.write_params(commands);
 
-  make_light_proxies(commands, context_);
   commands.begin_stage("light cells");
+  dispatch_all(commands, context_.device, leaves_kernel_, context_.light_count);
   dispatch_all(commands, context_.device, clear_, cells().buckets(), keeps ? 0 : 1);
   stages_->prepare(commands, nullptr, RayKind::kNone, &missing_);
   commands.flush();

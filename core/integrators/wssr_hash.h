@@ -25,8 +25,9 @@ class WssrHashIntegrator final : public Integrator {
   IntegratorContext context_;
   ReuseParams params_;
   std::unique_ptr<PathStages> stages_;
-  std::unique_ptr<Buffer> chosen_, targets_, proxies_;  // for each path; for each light
+  std::unique_ptr<Buffer> chosen_, targets_, leaves_;  // for each path; for each light
   Queue missing_;                                       // paths whose cell is not there
+  const Kernel& leaves_kernel_;
   const Kernel& choose_;
   const Kernel& request_;
   const Kernel& learn_;

@@ -13,6 +13,8 @@
 #include <thread>
 
 #include "lib/frame.h"
+#include "lib/light_tree.h"
+#include "lib/packed_float.h"
 #include "lights/light_bounds.h"
 #include "threads/both.h"
 
@@ -93,11 +95,11 @@ class Builder {
   // Splits items [first, first + count) below `node`; nodes from `free` on are theirs, 2 count - 2 of them.
   void build(std::uint32_t node, std::size_t first, std::size_t count, std::uint32_t free, int depth, int threads) {
     LightTreeNode& n = nodes_[node];
-    n.first = static_cast<std::uint32_t>(first);
-    n.count = static_cast<std::uint32_t>(count);
     n.child = count > 1 ? free : HW_NONE;
+    n.middle = static_cast<std::uint32_t>(first);
     if (count == 1) return;
     const std::size_t left = split(first, count, depth);
+    n.middle += static_cast<std::uint32_t>(left);
     const auto right_free = static_cast<std::uint32_t>(free + 2 * left);
     both(
         worth(threads, count), [&, this](int t) { build(free, first, left, free + 2, depth + 1, t); },
@@ -203,21 +205,64 @@ class Builder {
   std::vector<LightTreeNode>& nodes_;
 };
 
-// The least half float that is not below x >= 0.
-std::uint32_t half_above(float x) {
-  std::uint32_t bits = packHalf2x16(vec2(x, 0)) & 0xFFFFu;
-  if (unpackHalf2x16(bits).x < x) ++bits;
-  return bits;
+// What places are counted in: the box about the lights; of lights far outside of where the middle half of them is (256
+// times its size), spheres reach to the lights from the box's side.
+LightTreeScale scale_of(std::span<const Item> items) {
+  LightTreeScale scale{vec3(0), vec3(1)};
+  for (int axis = 0; axis < 3; ++axis) {
+    float low = HW_INFINITY, high = -HW_INFINITY;
+    for (const Item& i : items) {
+      if (i.bounds.distant) continue;
+      low = std::min(low, i.bounds.low[axis]);
+      high = std::max(high, i.bounds.high[axis]);
+    }
+    if (!(low <= high)) return scale;
+    std::vector<float> some;
+    const std::size_t every = items.size() / 4096 + 1;
+    for (std::size_t i = 0; i < items.size(); i += every)
+      if (!items[i].bounds.distant) some.push_back(items[i].middle()[axis]);
+    if (some.size() >= 4) {
+      std::sort(some.begin(), some.end());
+      const float first = some[some.size() / 4], last = some[some.size() * 3 / 4];
+      const float reach = 256 * (last - first);
+      if (reach > 0) {
+        low = std::max(low, first - reach);
+        high = std::min(high, last + reach);
+      }
+    }
+    scale.corner[axis] = low;
+    scale.step[axis] = std::max((high - low) / HW_LIGHT_TREE_PLACES, 1e-20f);
+  }
+  return scale;
 }
 
-void write(const LightBounds& b, LightTreeNode& n) {
-  n.low = b.distant ? b.axis : b.low;
-  n.high = b.distant ? b.axis : b.high;
-  n.axis = octahedral_pack(b.axis);
-  const auto height = [](float angle) { return 0.5f * (1 - std::cos(std::min(angle, HW_PI))); };
-  n.cone = half_above(height(b.theta_o)) | half_above(height(b.theta_e)) << 16u |
-           (b.distant ? HW_LIGHT_TREE_DISTANT : 0u) | (b.two_sided ? HW_LIGHT_TREE_TWO_SIDED : 0u);
-  n.power = b.power;
+// sin(theta / 2) * 255, rounded up.
+std::uint32_t half_sine(float theta) {
+  return static_cast<std::uint32_t>(std::min(std::ceil(255 * std::sin(0.5f * std::min(theta, HW_PI))), 255.0f));
+}
+
+LightTreeBounds pack(const LightBounds& b, const LightTreeScale& scale) {
+  const vec3 middle = b.distant ? b.axis : b.low + (b.high - b.low) * 0.5f;
+  const vec3 steps =
+      b.distant ? (b.axis + vec3(1)) * (0.5f * HW_LIGHT_TREE_PLACES) : (middle - scale.corner) / scale.step;
+  std::uint32_t at[3];
+  for (int axis = 0; axis < 3; ++axis)
+    at[axis] = static_cast<std::uint32_t>(std::clamp(std::round(steps[axis]), 0.0f, HW_LIGHT_TREE_PLACES));
+  const vec2 axis = glm::round((unpackSnorm2x16(octahedral_pack(b.axis)) + vec2(1)) * 127.5f);
+
+  LightTreeBounds n;
+  n.place_low = at[0] | at[1] << 21u;
+  n.place_high = at[1] >> 11u | at[2] << 10u | (b.two_sided ? HW_LIGHT_TREE_TWO_SIDED : 0u);
+  n.strength = upper_float_near(b.power) | (b.distant ? HW_LIGHT_TREE_DISTANT : 0u);
+  n.cone = static_cast<std::uint32_t>(axis.x) | static_cast<std::uint32_t>(axis.y) << 8u;
+  // Rounding moved the middle and turned the axis: bounds grow by as much.
+  const vec3 now = light_tree_middle(n, scale);
+  const auto angle = [](vec3 a, vec3 c) { return std::acos(std::clamp(glm::dot(a, glm::normalize(c)), -1.0f, 1.0f)); };
+  const float turned = b.distant ? angle(b.axis, now) : angle(b.axis, light_tree_axis(n));
+  const float radius = b.distant ? 0 : 0.5f * glm::length(b.high - b.low) + 1.0001f * glm::distance(middle, now);
+  n.strength |= upper_float_above(radius) << 16u;
+  n.cone |= half_sine(b.theta_o + turned) << 16u | half_sine(b.theta_e) << 24u;
+  return n;
 }
 
 // Brings powers into range by one factor; nothing that emits may become unreachable beside something very strong.
@@ -250,38 +295,39 @@ void measure(std::span<Item> items, const LightTreeInput& input, int threads) {
 struct Summary {
   LightBounds bounds;
   double looseness = 0;
+  double top = 0;  // the same of the highest nodes whose lights have a place
+  double measure() const { return bounds.distant ? 0 : double{bounds.power} * box_measure(bounds.low, bounds.high); }
 };
 
-// Writes bounds to `node` and what is below. `items`: in leaf order.
-Summary fit(std::span<LightTreeNode> nodes, std::span<const Item> items, std::uint32_t node, int threads) {
-  LightTreeNode& n = nodes[node];
+// Writes bounds to `node`, over items [first, first + count), and what is below. `items`: in leaf order.
+Summary fit(LightTree& tree, std::span<const Item> items, std::uint32_t node, std::uint32_t first, std::uint32_t count,
+            int threads) {
+  LightTreeNode& n = tree.nodes[node];
   Summary sum;
   if (n.child == HW_NONE) {
-    sum.bounds = items[n.first].bounds;
+    sum.bounds = items[first].bounds;
   } else {
     Summary a, b;
+    const std::uint32_t left = n.middle - first;
     both(
-        worth(threads, n.count), [&](int t) { a = fit(nodes, items, n.child, t); },
-        [&](int t) { b = fit(nodes, items, n.child + 1, t); });
+        worth(threads, count), [&](int t) { a = fit(tree, items, n.child, first, left, t); },
+        [&](int t) { b = fit(tree, items, n.child + 1, n.middle, count - left, t); });
     sum.bounds = unite(a.bounds, b.bounds);
     sum.looseness = a.looseness + b.looseness;
     if (a.bounds.distant == b.bounds.distant)
       sum.looseness += double{sum.bounds.power} * box_measure(sum.bounds.low, sum.bounds.high);
+    // What is next to a root over lights at infinity and others, or the root itself: the box of those with a place.
+    sum.top = a.bounds.distant == b.bounds.distant ? sum.measure() : std::max(a.measure(), b.measure());
   }
-  write(sum.bounds, n);
+  n.bounds = pack(sum.bounds, tree.scale);
   return sum;
 }
 
 double fit_all(LightTree& tree, std::span<const Item> items, int threads) {
-  const double all = fit(tree.nodes, items, 0, threads).looseness;
-  // In units of the boxes next to the root, so that a scene may grow.
-  double top = 0;
-  const LightTreeNode& root = tree.nodes[0];
-  for (std::uint32_t i = 0; root.child != HW_NONE && i < 2; ++i) {
-    const LightTreeNode& n = tree.nodes[root.child + i];
-    if ((n.cone & HW_LIGHT_TREE_DISTANT) == 0) top += double{n.power} * box_measure(n.low, n.high);
-  }
-  return top > 0 ? all / top : 0;
+  tree.scale = scale_of(items);
+  const Summary all = fit(tree, items, 0, 0, static_cast<std::uint32_t>(items.size()), threads);
+  // In units of the box about all that has a place, so that a scene may grow.
+  return all.top > 0 ? all.looseness / all.top : 0;
 }
 
 }  // namespace

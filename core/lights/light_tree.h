@@ -19,9 +19,10 @@ struct LightTreeInput {
   int threads = 0;                 // 0: as many as the machine has
 };
 
-// 2 n - 1 nodes and 8 bytes for each of the n lights of positive weight: 104 bytes a light. No lights: no nodes.
+// 2 n - 1 nodes and 8 bytes for each of the n lights of positive weight: 56 bytes a light. No lights: no nodes.
 struct LightTree {
   std::vector<LightTreeNode> nodes;
+  LightTreeScale scale{};               // of the nodes' places
   std::vector<std::uint32_t> order;     // light at each position
   std::vector<std::uint32_t> position;  // of each light of the table; HW_NONE for those left out
   double looseness = 0;                 // area of boxes by the power in them, in the root's; grows as a refit tree ages

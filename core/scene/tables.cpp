@@ -114,6 +114,7 @@ void Tables::update_root() {
   next.light_tree = light_tree_table_.address();
   next.light_order = light_order_table_.address();
   next.light_position = light_position_table_.address();
+  next.light_tree_scale = state.tree.scale;
   next.light_tree_nodes = state.tree_current ? static_cast<uint>(state.tree.nodes.size()) : 0u;
   next.world = state.distribution.record;
   next.world.marginal = world_table_.address();

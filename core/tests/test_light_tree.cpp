@@ -35,7 +35,7 @@ struct Lights {
 
 LightTreeTables tables(const LightTree& t) {
   return {reinterpret_cast<std::uint64_t>(t.nodes.data()), reinterpret_cast<std::uint64_t>(t.order.data()),
-          reinterpret_cast<std::uint64_t>(t.position.data())};
+          reinterpret_cast<std::uint64_t>(t.position.data()), t.scale};
 }
 
 LightRecord world() {
@@ -80,7 +80,23 @@ LightTreeReceiver receiver(const Lights& lights, Random& random, int how) {
   return r;
 }
 
-// Every light of weight once, ranges that follow from one another, boxes around what is below.
+// Lights below a node: the place of the first and how many.
+struct Range {
+  std::uint32_t first, count;
+};
+std::vector<Range> ranges(const LightTree& t) {
+  std::vector<Range> r(t.nodes.size());
+  if (!r.empty()) r[0] = {0, static_cast<std::uint32_t>(t.order.size())};
+  for (std::size_t i = 0; i < t.nodes.size(); ++i) {
+    const LightTreeNode& n = t.nodes[i];
+    if (n.child == HW_NONE) continue;
+    r[n.child] = {r[i].first, n.middle - r[i].first};
+    r[n.child + 1] = {n.middle, r[i].first + r[i].count - n.middle};
+  }
+  return r;
+}
+
+// Every light of weight once, ranges that follow from one another, spheres around what is below and cones about it.
 void check_structure(const Lights& lights, const LightTree& t) {
   const auto reachable = std::count_if(lights.weights.begin(), lights.weights.end(), [](float w) { return w > 0; });
   REQUIRE(t.order.size() == static_cast<std::size_t>(reachable));
@@ -90,20 +106,32 @@ void check_structure(const Lights& lights, const LightTree& t) {
     REQUIRE((t.position[i] != HW_NONE) == (lights.weights[i] > 0));
     if (t.position[i] != HW_NONE) REQUIRE(t.order[t.position[i]] == i);
   }
+  const std::vector<Range> range = ranges(t);
   bool nested = true, inside = true;
   for (std::size_t i = 0; i < t.nodes.size(); ++i) {
     const LightTreeNode& n = t.nodes[i];
-    nested &= n.power > 0 && std::isfinite(n.power);
-    if (n.child == HW_NONE) {
-      nested &= n.count == 1;
-      continue;
+    const float power = light_tree_power(n.bounds);
+    nested &= power > 0 && std::isfinite(power);
+    nested &= n.child == HW_NONE ? range[i].count == 1 && n.middle == range[i].first
+                                 : n.child > i && range[n.child].count > 0 && range[n.child + 1].count > 0;
+    if (range[i].count > 3000) continue;  // the work is that of all levels
+    const vec3 middle = light_tree_middle(n.bounds, t.scale), axis = light_tree_axis(n.bounds);
+    const double radius = light_tree_radius(n.bounds);
+    const float theta_o = 2 * std::asin(float(n.bounds.cone >> 16 & 255) / 255);
+    for (std::uint32_t place = range[i].first; place < range[i].first + range[i].count; ++place) {
+      const std::uint32_t light = t.order[place];
+      const LightBounds b = light_bounds(lights.records[light], lights.weights[light], 10);
+      if ((n.bounds.strength & HW_LIGHT_TREE_DISTANT) != 0) {
+        inside &= b.distant && std::acos(glm::clamp(dot(glm::normalize(middle), b.axis), -1.0f, 1.0f)) <= theta_o + 2e-3f;
+        continue;
+      }
+      const float off = std::acos(glm::clamp(dot(axis, b.axis), -1.0f, 1.0f));
+      const bool other_way = (n.bounds.place_high & HW_LIGHT_TREE_TWO_SIDED) != 0;
+      inside &= b.distant || (other_way ? std::min(off, HW_PI - off) : off) <= theta_o + 2e-3f;
+      if (b.distant) continue;
+      for (const vec3 corner : {b.low, b.high, vec3(b.low.x, b.high.y, b.low.z)})
+        inside &= glm::distance(glm::dvec3(corner), glm::dvec3(middle)) <= radius * (1 + 1e-5) + 1e-5 * glm::length(middle);
     }
-    const LightTreeNode &a = t.nodes[n.child], &b = t.nodes[n.child + 1];
-    nested &= n.child > i && a.first == n.first && b.first == a.first + a.count && a.count + b.count == n.count;
-    if (n.cone & HW_LIGHT_TREE_DISTANT) continue;
-    for (const LightTreeNode* c : {&a, &b})
-      inside &= (c->cone & HW_LIGHT_TREE_DISTANT) != 0 ||
-                (glm::all(glm::lessThanEqual(n.low, c->low)) && glm::all(glm::greaterThanEqual(n.high, c->high)));
   }
   CHECK(nested);
   CHECK(inside);
@@ -171,6 +199,7 @@ TEST_CASE("the light tree draws each light with the chance it tells") {
 TEST_CASE("chances below an inner node of the light tree are those given the node") {
   const Lights lights = mixed(2, 8);
   const LightTree t = build_light_tree(lights.input());
+  const std::vector<Range> below = ranges(t);
   Random random(3);
   for (int how = 0; how < 200; ++how) {
     const LightTreeReceiver r = receiver(lights, random, how);
@@ -178,12 +207,9 @@ TEST_CASE("chances below an inner node of the light tree are those given the nod
     float u = random(), pdf;
     const uint light = light_tree_draw(tables(t), node, r, u, pdf);
     if (light == HW_NONE) continue;
-    const LightTreeNode& n = t.nodes[node];
-    CHECK(t.position[light] >= n.first);
-    CHECK(t.position[light] < n.first + n.count);
+    CHECK(t.position[light] >= below[node].first);
+    CHECK(t.position[light] < below[node].first + below[node].count);
     CHECK(light_tree_chance(tables(t), node, light, r) == pdf);
-    const std::uint32_t beside = n.first > 0 ? t.order[n.first - 1] : HW_NONE;
-    if (beside != HW_NONE) CHECK(light_tree_chance(tables(t), node, beside, r) == 0);
   }
 }
 
@@ -257,11 +283,11 @@ TEST_CASE("a refit light tree bounds what moved, as a new one does") {
   check_structure(lights, t);
   CHECK(t.order == before.order);
   const LightTree fresh = build_light_tree(lights.input());
-  // The subtree of lights that have a place: the same box and power, whatever its inner nodes.
-  const auto local = [](const LightTree& tree) { return tree.nodes[tree.nodes[0].child]; };
-  CHECK(local(t).low == local(fresh).low);
-  CHECK(local(t).high == local(fresh).high);
-  CHECK(local(t).power == doctest::Approx(local(fresh).power));
+  // The subtree of lights that have a place: the same sphere and power, whatever its inner nodes.
+  const auto local = [](const LightTree& tree) { return tree.nodes[tree.nodes[0].child].bounds; };
+  CHECK(light_tree_middle(local(t), t.scale) == light_tree_middle(local(fresh), fresh.scale));
+  CHECK(light_tree_radius(local(t)) == light_tree_radius(local(fresh)));
+  CHECK(light_tree_power(local(t)) == doctest::Approx(light_tree_power(local(fresh))).epsilon(0.01));
   for (int how = 0; how < 30; ++how)
     CHECK(sum_of_chances(lights, t, receiver(lights, random, how)) <= doctest::Approx(1).epsilon(1e-4));
 

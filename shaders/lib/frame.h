@@ -47,12 +47,13 @@ HW_FN uint octahedral_pack(vec3 v) {
   float fold_y = (1.0f - abs(x)) * (y >= 0.0f ? 1.0f : -1.0f);
   return packSnorm2x16(v.z >= 0.0f ? vec2(x, y) : vec2(fold_x, fold_y));
 }
-HW_FN vec3 octahedral_unpack(uint packed_vector) {
-  vec2 p = unpackSnorm2x16(packed_vector);
+// The direction of a point of the octahedral map, in [-1, 1]^2.
+HW_FN vec3 octahedral_direction(vec2 p) {
   float z = 1.0f - abs(p.x) - abs(p.y);
   float fold = max(-z, 0.0f);
   return normalize(vec3(p.x - (p.x >= 0.0f ? fold : -fold), p.y - (p.y >= 0.0f ? fold : -fold), z));
 }
+HW_FN vec3 octahedral_unpack(uint packed_vector) { return octahedral_direction(unpackSnorm2x16(packed_vector)); }
 
 // Density cos/pi about z.
 HW_FN vec3 square_to_cosine_hemisphere(vec2 u) {

@@ -8,23 +8,24 @@
 
 const float HW_LIGHT_CELL_DOUBT = 4.0;  // light samples that count as much as the mean of the cell
 
-LightTreeNode light_cell_node(LightCellArray cells, uint cell, uint slot) {
-  return light_tree_load(HW_ROOT.light_tree, cells.at[cell].slot[slot].node);
+uvec2 light_cell_links(LightCellArray cells, uint cell, uint slot) {
+  return light_tree_links(HW_ROOT.light_tree, cells.at[cell].node[slot]);
 }
 
 bool light_cell_can_split(LightCellArray cells, uint cell, uint slot) {
-  return light_cell_node(cells, cell, slot).child != HW_NONE;
+  return light_cell_links(cells, cell, slot).x != HW_NONE;
 }
 
 // The importance of a node for the cell's middle, from whatever side light comes.
 float light_cell_importance(LightCellArray cells, uint cell, uint node) {
-  return light_tree_importance(light_tree_load(HW_ROOT.light_tree, node),
-                               LightTreeReceiver(cells.at[cell].center, vec3(0.0, 0.0, 1.0), true));
+  return light_tree_importance(light_tree_bounds(HW_ROOT.light_tree, node),
+                               LightTreeReceiver(cells.at[cell].center, vec3(0.0, 0.0, 1.0), true),
+                               HW_ROOT.light_tree_scale);
 }
 
 // What is learned of slot `from` also becomes what is learned of slot `to`.
 void light_cell_copy(LightCellArray cells, uint cell, uint to, uint from) {
-  cells.at[cell].slot[to].node = cells.at[cell].slot[from].node;
+  cells.at[cell].node[to] = cells.at[cell].node[from];
   cells.at[cell].first[to] = cells.at[cell].first[from];
   cells.at[cell].response[to] = cells.at[cell].response[from];
   cells.at[cell].left[to] = cells.at[cell].left[from];
@@ -36,14 +37,15 @@ void light_cell_copy(LightCellArray cells, uint cell, uint to, uint from) {
 // would be at the cell's middle.
 void light_cell_split(LightCellArray cells, uint cell, uint slots, uint slot) {
   for (uint k = slots; k > slot + 1u; --k) light_cell_copy(cells, cell, k, k - 1u);
-  uint child = light_cell_node(cells, cell, slot).child;
+  uvec2 links = light_cell_links(cells, cell, slot);
+  uint child = links.x;
   float left = light_cell_importance(cells, cell, child), right = light_cell_importance(cells, cell, child + 1u);
   float both = left + right;
   float share = both > 0.0 ? clamp(left / both, 0.01, 0.99) : 0.5;
   light_cell_copy(cells, cell, slot + 1u, slot);
-  cells.at[cell].slot[slot].node = child;
-  cells.at[cell].slot[slot + 1u].node = child + 1u;
-  cells.at[cell].first[slot + 1u] = light_tree_load(HW_ROOT.light_tree, child + 1u).first;
+  cells.at[cell].node[slot] = child;
+  cells.at[cell].node[slot + 1u] = child + 1u;
+  cells.at[cell].first[slot + 1u] = links.y;
   cells.at[cell].left[slot] *= 0.5;
   cells.at[cell].right[slot] = cells.at[cell].left[slot];
   cells.at[cell].asked[slot] *= share;
@@ -57,17 +59,17 @@ uint light_cell_parent(uint left, uint right, uint place) {
   if (right != left + 1u) return HW_NONE;
   uint node = 0u;
   for (uint level = 0u; level < 64u; ++level) {
-    uint child = light_tree_load(HW_ROOT.light_tree, node).child;
-    if (child == HW_NONE) return HW_NONE;
-    if (child == left) return node;
-    if (child == right) return HW_NONE;
-    node = place < light_tree_load(HW_ROOT.light_tree, child + 1u).first ? child : child + 1u;
+    uvec2 links = light_tree_links(HW_ROOT.light_tree, node);
+    if (links.x == HW_NONE) return HW_NONE;
+    if (links.x == left) return node;
+    if (links.x == right) return HW_NONE;
+    node = place < links.y ? links.x : links.x + 1u;
   }
   return HW_NONE;
 }
 
 void light_cell_merge(LightCellArray cells, uint cell, uint slots, uint slot, uint parent) {
-  cells.at[cell].slot[slot].node = parent;
+  cells.at[cell].node[slot] = parent;
   cells.at[cell].left[slot] += cells.at[cell].right[slot];
   cells.at[cell].right[slot] = cells.at[cell].left[slot + 1u] + cells.at[cell].right[slot + 1u];
   cells.at[cell].asked[slot] += cells.at[cell].asked[slot + 1u];
@@ -77,7 +79,7 @@ void light_cell_merge(LightCellArray cells, uint cell, uint slots, uint slot, ui
 // A cut for a cell that knows nothing yet: the tree's, split where most is to be expected from.
 uint light_cell_begin(LightCellArray cells, uint cell) {
   uint slots = 1u;
-  cells.at[cell].slot[0].node = 0u;
+  cells.at[cell].node[0] = 0u;
   cells.at[cell].first[0] = 0u;
   cells.at[cell].response[0] = 1.0;  // while the cut is made, of a slot: what is expected
   cells.at[cell].left[0] = 0.0;
@@ -94,7 +96,7 @@ uint light_cell_begin(LightCellArray cells, uint cell) {
     light_cell_split(cells, cell, slots, best);
     slots += 1u;
     for (uint k = best; k < best + 2u; ++k)
-      cells.at[cell].response[k] = light_cell_importance(cells, cell, cells.at[cell].slot[k].node);
+      cells.at[cell].response[k] = light_cell_importance(cells, cell, cells.at[cell].node[k]);
   }
   return slots;
 }
@@ -106,15 +108,16 @@ void light_cell_weigh(LightCellArray cells, uint cell, uint slots, float floor, 
   float mean = total > 0.0 && asked > 0.0 ? total / asked : 1.0;
   float doubt = evidence > 0.0 ? HW_LIGHT_CELL_DOUBT * asked / evidence : 1.0;
   for (uint k = 0u; k < slots; ++k) {
-    LightTreeNode node = light_cell_node(cells, cell, k);
+    LightTreeBounds bounds = light_tree_bounds(HW_ROOT.light_tree, cells.at[cell].node[k]);
     float light = cells.at[cell].left[k] + cells.at[cell].right[k];
     float response = max((light + doubt * mean) / (cells.at[cell].asked[k] + doubt), floor * mean);
-    cells.at[cell].response[k] = response;
-    cells.at[cell].slot[k].low = node.low;
-    cells.at[cell].slot[k].high = node.high;
-    cells.at[cell].slot[k].axis = node.axis;
-    cells.at[cell].slot[k].cone = node.cone;
-    cells.at[cell].slot[k].power = node.power * response;
+    // As the slot can hold it, so that what is asked of the node is counted exactly.
+    float power = light_tree_power(bounds);
+    uint strength = max(upper_float_near(clamp(power * response, 1e-30, 1e30)), 1u);
+    bounds.strength = (bounds.strength & ~0x7FFFu) | strength;
+    cells.at[cell].response[k] = upper_float_low(strength) / power;
+    cells.at[cell].slot[k] = bounds;
   }
+  for (uint k = slots; k < HW_LIGHT_CELL_SLOTS; ++k) cells.at[cell].slot[k] = LightTreeBounds(0u, 0u, 0u, 0u);
 }
 #endif

@@ -9,7 +9,6 @@
 #define HW_CELLS HW_FRAME.light_cells
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer LightCellArray { LightCell at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LightCellRequestArray { LightCellRequest at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer LightChoiceArray { LightChoice at[]; };
 
 // A cell has been asked and taught nothing since the last update.
 void light_cell_forget_pass(LightCellArray cells, uint cell) {
@@ -22,8 +21,27 @@ void light_cell_forget_pass(LightCellArray cells, uint cell) {
 }
 
 // The choice of light sample `number` of a path's surface; surfaces that get one have it as number 0.
+Words light_choice_words(uint path, uint number) {
+  return Words(HW_CELLS.chosen + uint64_t(path * HW_FRAME.light_samples + number) * HW_LIGHT_CHOICE_BYTES);
+}
 LightChoice light_choice_load(uint path, uint number) {
-  return LightChoiceArray(HW_CELLS.chosen).at[path * HW_FRAME.light_samples + number];
+  Words w = light_choice_words(path, number);
+  uint64_t w0 = w.at[0], w2 = w.at[2];
+  vec2 w1 = word_floats(w.at[1]);
+  LightChoice c;
+  c.cell = word_low(w0);
+  c.light = word_high(w0);
+  c.weight = w1.x;
+  c.pdf = w1.y;
+  c.teaches = word_low_float(w2);
+  c.slot = word_high(w2);
+  return c;
+}
+void light_choice_store(uint path, uint number, LightChoice c) {
+  Words w = light_choice_words(path, number);
+  w.at[0] = word_of(c.cell, c.light);
+  w.at[1] = word_of(c.weight, c.pdf);
+  w.at[2] = word_of(floatBitsToUint(c.teaches), c.slot);
 }
 
 // The slot that holds the light at a place of the tree's order.
@@ -36,43 +54,30 @@ uint light_cell_slot_of(LightCellArray cells, uint cell, uint slots, uint place)
   return low;
 }
 
-// A slot of a cell as the node of the tree that it is, by words: the order is LightCellSlot's. `index`: the node's.
-LightTreeNode light_cell_slot(uint cell, uint slot, out uint index) {
-  Words w = Words(HW_CELLS.cells + uint64_t(cell) * HW_LIGHT_CELL_BYTES + HW_LIGHT_CELL_FIRST_SLOT +
-                  uint64_t(slot * HW_LIGHT_CELL_SLOT_BYTES));
-  uint64_t w3 = w.at[3], w4 = w.at[4];
-  LightTreeNode n;
-  words_to_vectors(w.at[0], w.at[1], w.at[2], n.low, n.high);
-  n.axis = word_low(w3);
-  n.cone = word_high(w3);
-  n.power = word_low_float(w4);
-  n.first = 0u;
-  n.count = 0u;
-  n.child = 0u;
-  index = word_high(w4);
-  return n;
-}
-
-// Light to be expected from a slot.
-float light_cell_expected(uint cell, uint slot, LightTreeReceiver r, out uint node) {
-  return light_tree_importance(light_cell_slot(cell, slot, node), r);
+// Light to be expected from a slot; 0 from one that is not there.
+float light_cell_expected(uint cell, uint slot, LightTreeReceiver r) {
+  Words w = Words(HW_CELLS.cells + uint64_t(cell) * HW_LIGHT_CELL_BYTES);
+  LightTreeBounds bounds = light_tree_bounds_of(w.at[2u * slot], w.at[2u * slot + 1u]);
+  float expected = light_tree_importance(bounds, r, HW_ROOT.light_tree_scale);
+  return (bounds.strength & 0x7FFFu) != 0u ? expected : 0.0;
 }
 
 // The probability with which surfaces of `cell` choose `light` (stages/light_cell_choose.comp); without a cell, the
 // tree's.
 float light_cell_pdf(uint cell, uint light, vec3 P, vec3 N, bool transmits) {
   if (cell == HW_NONE) return light_tree_pdf(0u, light, P, N, transmits);
+  uint place = UintArray(HW_ROOT.light_position).at[light];
+  if (place == HW_NONE) return 0.0;
   LightCellArray cells = LightCellArray(HW_CELLS.cells);
   LightTreeReceiver receiver = LightTreeReceiver(P, N, transmits);
   uint slots = cells.at[cell].slots;
-  uint slot = light_cell_slot_of(cells, cell, slots, UintArray(HW_ROOT.light_position).at[light]);
+  uint slot = light_cell_slot_of(cells, cell, slots, place);
   float all = 0.0, own = 0.0;
-  uint node, within = 0u;
   for (uint k = 0u; k < slots; ++k) {
-    float expected = light_cell_expected(cell, k, receiver, node);
+    float expected = light_cell_expected(cell, k, receiver);
     all += expected;
-    if (k == slot) own = expected, within = node;
+    if (k == slot) own = expected;
   }
-  return own > 0.0 ? own / all * light_tree_pdf(within, light, P, N, transmits) : 0.0;
+  return own > 0.0 ? own / all * light_tree_pdf(cells.at[cell].node[slot], light, P, N, transmits) : 0.0;
 }
 #endif

@@ -6,11 +6,12 @@
 //
 // Departures: the largest intensity stands for the power, so that spots and narrow area lamps weigh what they give
 // those they shine on; two-sided emitters have a flag rather than all directions; lights at infinity have subtrees of
-// their own, by irradiance; what is wholly below the horizon is found by the box, not by its sphere.
+// their own, by irradiance; nodes hold the sphere about their box alone.
 #ifndef HW_LIGHT_TREE_H
 #define HW_LIGHT_TREE_H
 #include "../shared/light_tree.h"
 #include "frame.h"
+#include "packed_float.h"
 #include "sampler.h"
 #ifdef __cplusplus
 #define HW_LIGHT_TREE_UINT(ADDRESS, INDEX) (reinterpret_cast<const uint*>(ADDRESS)[INDEX])
@@ -26,6 +27,7 @@ struct LightTreeTables {
   uint64_t nodes;     // LightTreeNode[]
   uint64_t order;     // uint[]: light at a position
   uint64_t position;  // uint[lights]: HW_NONE for lights that can't be chosen
+  LightTreeScale scale;
 };
 
 // Who asks: a point, the unit normal on the side light must come from, and whether that does not matter, since light
@@ -37,25 +39,44 @@ struct LightTreeReceiver {
 };
 
 #ifdef __cplusplus
-inline LightTreeNode light_tree_load(uint64_t nodes, uint i) {
-  return reinterpret_cast<const LightTreeNode*>(nodes)[i];
+inline LightTreeBounds light_tree_bounds(uint64_t nodes, uint i) {
+  return reinterpret_cast<const LightTreeNode*>(nodes)[i].bounds;
+}
+// Left child and first position of the right one (LightTreeNode).
+inline uvec2 light_tree_links(uint64_t nodes, uint i) {
+  const LightTreeNode& n = reinterpret_cast<const LightTreeNode*>(nodes)[i];
+  return {n.child, n.middle};
 }
 #else
 // By words (lib/words.glsl): the order is LightTreeNode's.
-LightTreeNode light_tree_load(uint64_t nodes, uint i) {
+LightTreeBounds light_tree_bounds_of(uint64_t w0, uint64_t w1) {
+  return LightTreeBounds(word_low(w0), word_high(w0), word_low(w1), word_high(w1));
+}
+LightTreeBounds light_tree_bounds(uint64_t nodes, uint i) {
   Words w = Words(nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES);
-  uint64_t w3 = w.at[3], w4 = w.at[4], w5 = w.at[5];
-  LightTreeNode n;
-  words_to_vectors(w.at[0], w.at[1], w.at[2], n.low, n.high);
-  n.axis = word_low(w3);
-  n.cone = word_high(w3);
-  n.power = word_low_float(w4);
-  n.first = word_high(w4);
-  n.count = word_low(w5);
-  n.child = word_high(w5);
-  return n;
+  return light_tree_bounds_of(w.at[0], w.at[1]);
+}
+uvec2 light_tree_links(uint64_t nodes, uint i) {
+  uint64_t w = Words(nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES).at[2];
+  return uvec2(word_low(w), word_high(w));
 }
 #endif
+
+// The scale of directions, in the place of distant nodes.
+HW_CONST float HW_LIGHT_TREE_PLACES = 2097151.0f;  // steps of a place along an axis: 2^21 - 1
+
+// The middle of the sphere; distant: nearly the unit direction.
+HW_FN vec3 light_tree_middle(HW_IN(LightTreeBounds) b, HW_IN(LightTreeScale) scale) {
+  vec3 at = vec3(float(b.place_low & 0x1FFFFFu), float((b.place_low >> 21u) | ((b.place_high & 0x3FFu) << 11u)),
+                 float((b.place_high >> 10u) & 0x1FFFFFu));
+  bool distant = (b.strength & HW_LIGHT_TREE_DISTANT) != 0u;
+  return distant ? at * (2.0f / HW_LIGHT_TREE_PLACES) - vec3(1.0f) : scale.corner + at * scale.step;
+}
+HW_FN float light_tree_power(HW_IN(LightTreeBounds) b) { return upper_float_low(b.strength & 0x7FFFu); }
+HW_FN float light_tree_radius(HW_IN(LightTreeBounds) b) { return upper_float_high(b.strength); }
+HW_FN vec3 light_tree_axis(HW_IN(LightTreeBounds) b) {
+  return octahedral_direction(vec2(float(b.cone & 0xFFu), float((b.cone >> 8u) & 0xFFu)) * (1.0f / 127.5f) - vec2(1.0f));
+}
 
 // Below this cosine light arrives or leaves at no angle that counts; bounds are widened by as much, so that rounding
 // (of normals to 32 bits, of boxes) excludes no light.
@@ -66,19 +87,20 @@ HW_FN float light_tree_cos_less(float cos_a, float sin_a, float cos_b, float sin
   return cos_a > cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b;
 }
 
-// Estimate of what the lights below `n` give the receiver, in the tree's unit: 0 where none of them gives anything,
+// Estimate of what the lights within `n` give the receiver, in the tree's unit: 0 where none of them gives anything,
 // else in [1e-30, 1e30].
-HW_FN float light_tree_importance(HW_IN(LightTreeNode) n, HW_IN(LightTreeReceiver) r) {
-  bool distant = (n.cone & HW_LIGHT_TREE_DISTANT) != 0u;
-  vec2 heights = min(unpackHalf2x16(n.cone & 0x7FFF7FFFu), vec2(1.0f));
+HW_FN float light_tree_importance(HW_IN(LightTreeBounds) n, HW_IN(LightTreeReceiver) r, HW_IN(LightTreeScale) scale) {
+  bool distant = (n.strength & HW_LIGHT_TREE_DISTANT) != 0u;
+  vec2 sines = vec2(float((n.cone >> 16u) & 0xFFu), float(n.cone >> 24u)) * (1.0f / 255.0f);
+  vec2 heights = sines * sines;  // (1 - cos) / 2
   float cos_o = 1.0f - 2.0f * heights.x;
-  float sin_o = 2.0f * safe_sqrt(heights.x * (1.0f - heights.x));
-  vec3 extent = (n.high - n.low) * 0.5f;
-  vec3 to_middle = n.low + extent - (distant ? vec3(0.0f) : r.position);
-  float r2 = dot(extent, extent);
+  float sin_o = 2.0f * sines.x * safe_sqrt(1.0f - heights.x);
+  vec3 to_middle = light_tree_middle(n, scale) - (distant ? vec3(0.0f) : r.position);
+  float radius = light_tree_radius(n);
+  float r2 = radius * radius;
   float d2 = dot(to_middle, to_middle);
   vec3 wi = to_middle * inversesqrt(max(d2, 1e-36f));
-  // The cone of directions towards the box, by the sphere about it; towards distant lights.
+  // The cone of directions towards the sphere; towards distant lights.
   bool outside = d2 > r2;
   float sin2_u = outside ? r2 / d2 : 0.0f;
   float cos_u = distant ? cos_o : (outside ? sqrt(max(1.0f - sin2_u, 0.0f)) : -1.0f);
@@ -86,12 +108,10 @@ HW_FN float light_tree_importance(HW_IN(LightTreeNode) n, HW_IN(LightTreeReceive
 
   float cos_i = clamp(dot(r.normal, wi), -1.0f, 1.0f);
   float arrives = light_tree_cos_less(cos_i, safe_sqrt(1.0f - cos_i * cos_i), cos_u, sin_u);
-  float height = dot(r.normal, to_middle) + dot(abs(r.normal), extent);  // of the box's highest corner
-  bool below = !distant && height * height > HW_LIGHT_TREE_SLACK * HW_LIGHT_TREE_SLACK * d2 && height < 0.0f;
-  arrives = r.transmits ? 1.0f : (below ? -1.0f : arrives);
+  arrives = r.transmits ? 1.0f : arrives;
 
-  float cos_e = clamp(-dot(octahedral_unpack(n.axis), wi), -1.0f, 1.0f);
-  cos_e = (n.cone & HW_LIGHT_TREE_TWO_SIDED) != 0u ? abs(cos_e) : cos_e;
+  float cos_e = clamp(-dot(light_tree_axis(n), wi), -1.0f, 1.0f);
+  cos_e = (n.place_high & HW_LIGHT_TREE_TWO_SIDED) != 0u ? abs(cos_e) : cos_e;
   float sin_e = safe_sqrt(1.0f - cos_e * cos_e);
   bool in_cone = cos_e > cos_o;
   float cos_1 = in_cone ? 1.0f : cos_e * cos_o + sin_e * sin_o;
@@ -103,14 +123,14 @@ HW_FN float light_tree_importance(HW_IN(LightTreeNode) n, HW_IN(LightTreeReceive
     return 0.0f;
   }
   float falloff = distant ? 1.0f : 1.0f / max(max(d2, r2), 1e-12f);
-  float value = n.power * max(arrives, HW_LIGHT_TREE_SLACK) * max(leaves, HW_LIGHT_TREE_SLACK) * falloff;
+  float value = light_tree_power(n) * max(arrives, HW_LIGHT_TREE_SLACK) * max(leaves, HW_LIGHT_TREE_SLACK) * falloff;
   return clamp(value, 1e-30f, 1e30f);
 }
 
 // The chance of going to the first of two siblings; below 0 where neither can contribute.
-HW_FN float light_tree_first_chance(HW_IN(LightTreeNode) a, HW_IN(LightTreeNode) b, HW_IN(LightTreeReceiver) r) {
-  float first = light_tree_importance(a, r);
-  float second = light_tree_importance(b, r);
+HW_FN float light_tree_first_chance(HW_IN(LightTreeTables) tree, uint child, HW_IN(LightTreeReceiver) r) {
+  float first = light_tree_importance(light_tree_bounds(tree.nodes, child), r, tree.scale);
+  float second = light_tree_importance(light_tree_bounds(tree.nodes, child + 1u), r, tree.scale);
   float sum = first + second;
   if (!(sum > 0.0f)) {
     return -1.0f;
@@ -125,18 +145,14 @@ HW_FN float light_tree_first_chance(HW_IN(LightTreeNode) a, HW_IN(LightTreeNode)
 // out, hashed ones come behind them.
 HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTreeReceiver) r, HW_INOUT(float) u,
                            HW_OUT(float) pdf) {
-  LightTreeNode n = light_tree_load(tree.nodes, node);
-  uint child = n.child;
-  uint first = n.first;
+  uvec2 links = light_tree_links(tree.nodes, node);
   pdf = 1.0f;
   float grain = 5.9604644775390625e-8f;  // step of the values that u can have
   uint hash = floatBitsToUint(u) ^
               sampler_hash(floatBitsToUint(r.position.x) ^
                            sampler_hash(floatBitsToUint(r.position.y) ^ sampler_hash(floatBitsToUint(r.position.z))));
-  while (child != HW_NONE) {
-    LightTreeNode a = light_tree_load(tree.nodes, child);
-    LightTreeNode b = light_tree_load(tree.nodes, child + 1u);
-    float chance = light_tree_first_chance(a, b, r);
+  while (links.x != HW_NONE) {
+    float chance = light_tree_first_chance(tree, links.x, r);
     if (chance < 0.0f) {
       pdf = 0.0f;
       return HW_NONE;
@@ -152,30 +168,26 @@ HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTr
       grain = 5.9604644775390625e-8f;
     }
     u = clamp(u, 0.0f, 0.99999994f);
-    child = left ? a.child : b.child;
-    first = left ? a.first : b.first;
+    links = light_tree_links(tree.nodes, left ? links.x : links.x + 1u);
   }
-  return HW_LIGHT_TREE_UINT(tree.order, first);
+  return HW_LIGHT_TREE_UINT(tree.order, links.y);
 }
 
-// The chance with which light_tree_draw gives `light` below `node`: the same numbers in the same order. 0 for a light
-// that is not below it.
+// The chance with which light_tree_draw gives `light`, which is below `node`: the same numbers in the same order. 0 for a
+// light that can't be chosen.
 HW_FN float light_tree_chance(HW_IN(LightTreeTables) tree, uint node, uint light, HW_IN(LightTreeReceiver) r) {
   uint position = HW_LIGHT_TREE_UINT(tree.position, light);
-  LightTreeNode n = light_tree_load(tree.nodes, node);
-  if (position == HW_NONE || position < n.first || position - n.first >= n.count) {
+  if (position == HW_NONE) {
     return 0.0f;
   }
-  uint child = n.child;
+  uvec2 links = light_tree_links(tree.nodes, node);
   float pdf = 1.0f;
-  while (child != HW_NONE && pdf > 0.0f) {
-    LightTreeNode a = light_tree_load(tree.nodes, child);
-    LightTreeNode b = light_tree_load(tree.nodes, child + 1u);
-    float chance = light_tree_first_chance(a, b, r);
-    bool left = position < b.first;
+  while (links.x != HW_NONE && pdf > 0.0f) {
+    float chance = light_tree_first_chance(tree, links.x, r);
+    bool left = position < links.y;
     float taken = left ? chance : 1.0f - chance;
     pdf *= chance < 0.0f ? 0.0f : taken;
-    child = left ? a.child : b.child;
+    links = light_tree_links(tree.nodes, left ? links.x : links.x + 1u);
   }
   return pdf;
 }

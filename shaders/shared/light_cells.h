@@ -3,24 +3,12 @@
 // light tree (shared/light_tree.h). Light samples are proposed by it; what shadow rays say of them teaches it.
 #ifndef HW_LIGHT_CELLS_SHARED_H
 #define HW_LIGHT_CELLS_SHARED_H
+#include "light_tree.h"
 #include "portable.h"
 HW_NAMESPACE_BEGIN
 
 HW_CONST uint HW_LIGHT_CELL_SLOTS = 32u;  // nodes of the tree that a cell tells apart, at most
 HW_CONST uint HW_LIGHT_CELL_WAYS = 4u;    // cells of a bucket of the hash table
-
-// A node of a cell's cut: what a surface must know of it to tell how much light to expect from it. The members are the
-// node's own (shared/light_tree.h), but for the power, which is what arrives of it as far as the cell knows.
-struct LightCellSlot {
-  vec3 low;
-  vec3 high;
-  uint axis;
-  uint cone;
-  float power;
-  uint node;
-};
-HW_CONST uint HW_LIGHT_CELL_SLOT_BYTES = 40u;
-HW_CHECK_SIZE(LightCellSlot, HW_LIGHT_CELL_SLOT_BYTES)
 
 // A cell. Its cut is a set of nodes that together hold every light once, ordered by their lights. Between updates
 // (stages/light_cell_update.comp) only `samples`, `used` and the sums change, by atomics whose order does not matter.
@@ -29,15 +17,8 @@ HW_CHECK_SIZE(LightCellSlot, HW_LIGHT_CELL_SLOT_BYTES)
 // closures, shadows and all) over the node's importance. It is learned as the ratio of two sums: of the light that
 // came, and of the importance that was sampled for it.
 struct LightCell {
-  uint used;       // the pass it was last looked up in
-  uint samples;    // light samples that surfaces asked it for since the last update
-  uint slots;      // nodes of the cut; 0: not laid out yet
-  float evidence;  // light samples that its knowledge comes from, old ones counting less
-  float mean;      // light of one sample, in the mean
-  uint pad;
-  vec3 center;   // world space
-  float radius;  // half the cell's diagonal [m]
-  LightCellSlot slot[32];
+  LightTreeBounds slot[32];  // the nodes, of a power that is what arrives of it as far as the cell knows; of 0: no slot
+  uint node[32];
   uint first[32];  // place of the node's first light in the tree's order
   float response[32];
   float left[32];  // light that came from the node's two halves
@@ -46,19 +27,23 @@ struct LightCell {
   uint64_t sum_left[32];  // the light since the last update, in fixed point (lib/reservoir_race.h)
   uint64_t sum_right[32];
   uint64_t sum_expected[32];  // the light that was to be expected by what the cell knew
+  uint used;                  // the pass it was last looked up in
+  uint samples;               // light samples that surfaces asked it for since the last update
+  uint slots;                 // nodes of the cut
+  float evidence;             // light samples that its knowledge comes from, old ones counting less
+  float mean;                 // light of one sample, in the mean
+  vec3 center;                // world space
 };
-HW_CONST uint HW_LIGHT_CELL_BYTES = 2728u;
+HW_CONST uint HW_LIGHT_CELL_BYTES = 2080u;
 HW_CHECK_SIZE(LightCell, HW_LIGHT_CELL_BYTES)
-HW_CONST uint HW_LIGHT_CELL_FIRST_SLOT = 40u;
-HW_CHECK_OFFSET(LightCell, slot, HW_LIGHT_CELL_FIRST_SLOT)
+HW_CHECK_OFFSET(LightCell, slot, 0u)
 
 // The cell that a bucket is asked to take in with the next update: of all that are asked for, the one of the least tag.
 struct LightCellRequest {
   uint tag;  // HW_NONE: none
-  float radius;
   vec3 center;
 };
-HW_CONST uint HW_LIGHT_CELL_REQUEST_BYTES = 20u;
+HW_CONST uint HW_LIGHT_CELL_REQUEST_BYTES = 16u;
 HW_CHECK_SIZE(LightCellRequest, HW_LIGHT_CELL_REQUEST_BYTES)
 
 // Where the stages find them (FrameParams::light_cells). Tags lie apart, so that a look-up reads one line.
@@ -68,6 +53,7 @@ struct LightCellFrame {
   uint64_t requests;  // LightCellRequest[buckets]
   uint64_t missing;   // queue of paths whose cell is not there
   uint64_t chosen;    // LightChoice[path * light samples of a first surface + number]
+  uint64_t leaves;    // LightLeaf[] in the tree's order
   uint buckets;
   uint candidates;   // light samples that the one to be traced is chosen from
   uint pass;         // counts updates
@@ -77,9 +63,9 @@ struct LightCellFrame {
   uint keep;         // passes that a cell nobody looks up stays
   int fixed_exponent;
 };
-HW_CHECK_SIZE(LightCellFrame, 72)
+HW_CHECK_SIZE(LightCellFrame, 80)
 
-// What a surface's light samples come from: the cell it asked, and the light chosen for the sample under way.
+// What a light sample of a surface comes from: the cell it asked, and the light chosen.
 struct LightChoice {
   uint cell;      // HW_NONE: none, the tree's root
   uint light;     // HW_NONE: no light
@@ -90,6 +76,20 @@ struct LightChoice {
 };
 HW_CONST uint HW_LIGHT_CHOICE_BYTES = 24u;
 HW_CHECK_SIZE(LightChoice, HW_LIGHT_CHOICE_BYTES)
+
+// A light in the tree's order as the target function sees it (LightProxy, shared/reuse.h), in the least memory: half of
+// what many lights cost is reading of them.
+struct LightLeaf {
+  vec3 center;
+  float intensity;
+  uint axis;
+  uint emission;
+  uint extent;  // the upper halves of two floats, rounded up: area, and << 16 radius
+  uint light;   // its index, and << HW_LIGHT_LEAF_FLAGS HW_PROXY_*
+};
+HW_CONST uint HW_LIGHT_LEAF_BYTES = 32u;
+HW_CHECK_SIZE(LightLeaf, HW_LIGHT_LEAF_BYTES)
+HW_CONST uint HW_LIGHT_LEAF_FLAGS = 28u;
 
 HW_NAMESPACE_END
 #endif

@@ -154,7 +154,7 @@ struct FrameParams {
   ReuseFrame reuse;
   LightCellFrame light_cells;  // wssr-hash
 };
-HW_CHECK_SIZE(FrameParams, 720)
+HW_CHECK_SIZE(FrameParams, 728)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

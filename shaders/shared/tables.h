@@ -2,6 +2,7 @@
 // The scene as the GPU sees it: one root struct with the address of every table. Written by core/scene, read by stages.
 #ifndef HW_TABLES_H
 #define HW_TABLES_H
+#include "light_tree.h"
 #include "lights.h"
 #include "portable.h"
 HW_NAMESPACE_BEGIN
@@ -143,6 +144,7 @@ struct Root {
   uint64_t luts;            // float[]: albedo tables, see lib/luts.h
   WorldDistribution world;
   CameraRecord camera;
+  LightTreeScale light_tree_scale;
   uint mesh_count, instance_count, material_count, image_count;
   uint light_count, lamp_count;
   uint world_light;     // index of the world among lights, HW_NONE if it does not emit

@@ -29,7 +29,6 @@ void main() {
   light_cell_forget_pass(cells, place);
   cells.at[place].evidence = 0.0;
   cells.at[place].mean = 0.0;
-  cells.at[place].radius = asked.radius;
   cells.at[place].center = asked.center;
   uint slots = light_cell_begin(cells, place);
   cells.at[place].slots = slots;

@@ -26,8 +26,8 @@ void main() {
   if (mean > 0.0) light = min(light, HW_LIGHT_CELL_SURPRISE * mean);
   uint place = UintArray(HW_ROOT.light_position).at[shadow.light];
   uint slot = choice.slot;
-  uint child = light_tree_load(HW_ROOT.light_tree, cells.at[choice.cell].slot[slot].node).child;
-  bool right = child != HW_NONE && place >= light_tree_load(HW_ROOT.light_tree, child + 1u).first;
+  uvec2 links = light_tree_links(HW_ROOT.light_tree, cells.at[choice.cell].node[slot]);
+  bool right = links.x != HW_NONE && place >= links.y;
   uint64_t units = fixed_from_float(light, HW_CELLS.fixed_exponent);
   if (right) {
     atomicAdd(cells.at[choice.cell].sum_right[slot], units);

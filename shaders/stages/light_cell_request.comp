@@ -16,5 +16,4 @@ void main() {
   uint bucket = light_cell_bucket(key);
   if (requests.at[bucket].tag != key.tag) return;
   requests.at[bucket].center = key.center;
-  requests.at[bucket].radius = 0.8660254 * key.width;
 }

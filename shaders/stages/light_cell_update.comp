@@ -56,7 +56,7 @@ void main() {
         float light = cells.at[cell].left[k] + cells.at[cell].right[k] + cells.at[cell].left[k + 1u] +
                       cells.at[cell].right[k + 1u];
         if (light >= least || k == brightest || k + 1u == brightest) continue;
-        uint above = light_cell_parent(cells.at[cell].slot[k].node, cells.at[cell].slot[k + 1u].node, cells.at[cell].first[k]);
+        uint above = light_cell_parent(cells.at[cell].node[k], cells.at[cell].node[k + 1u], cells.at[cell].first[k]);
         if (above != HW_NONE) least = light, darkest = k, parent = above;
       }
       if (darkest == HW_NONE) break;
