@@ -83,17 +83,14 @@ PathStages::PathStages(const IntegratorContext& context, LightSource source)
       camera_(context.kernels.get("camera", context.constants)),
       sort_(context.kernels.get("sort_hits", context.constants)),
       escaped_(variant(context, "escaped", "escaped_programs", HW_FEATURE_WORLD_PROGRAM, context.constants)),
-      resolve_(context.kernels.get("resolve", context.constants)),
+      resolve_(context.kernels.get(source == LightSource::kCells ? "resolve_cells" : "resolve", context.constants)),
       prepare_(context.kernels.get("queue_prepare")) {
   for (const SpecConstants& constants : context.class_constants) {
     surface_.push_back(&variant(context, "surface", "surface_procedural", kProcedural, constants));
     shade_.push_back(&context.kernels.get(source == LightSource::kReservoir ? "shade_reservoir"
-                                          : source == LightSource::kChosen  ? "shade_chosen"
+                                          : source == LightSource::kCells   ? "shade_cells"
                                                                             : "shade",
                                           constants));
-    if (source != LightSource::kReservoir && context.wave.params().light_samples > 1)
-      next_event_.push_back(
-          &context.kernels.get(source == LightSource::kChosen ? "next_event_chosen" : "next_event", constants));
   }
   if (features_of(context.constants) & kPrograms)
     light_program_ = &context.kernels.get("light_program", context.constants);
@@ -155,35 +152,24 @@ void PathStages::surface(Commands& commands, std::size_t c) {
   prepare(commands, &surfaces, RayKind::kNone, nullptr);
 }
 
-void PathStages::shade(Commands& commands, std::size_t c) {
+void PathStages::shade(Commands& commands, std::size_t c, std::uint32_t light_samples) {
   Wave& w = context_.wave;
   commands.begin_stage("shade");
   dispatch(commands, *shade_[c], surfaces(c),
-           {.out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address()});
+           {.out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address(), .a = light_samples});
 }
 
-bool PathStages::more_light_samples(Commands& commands) {
-  if (next_event_.empty()) return true;
-  Wave& w = context_.wave;
-  for (std::uint32_t number = 1; number < w.params().light_samples; ++number) {
-    if (context_.cancelled) return false;
-    commands.begin_stage("shade");
-    for (std::size_t c = 0; c < classes(); ++c)
-      dispatch(commands, *next_event_[c], surfaces(c), {.out_queue = w.shadow_queue->address(), .a = number});
-    if (!trace_shadows(commands, number)) return false;
-    prepare(commands, nullptr, RayKind::kNone, w.shadow_queue.get(), w.program_queue.get());
-  }
-  return true;
-}
-
-bool PathStages::light(Commands& commands) {
+bool PathStages::light(Commands& commands, std::uint32_t light_samples) {
   Wave& w = context_.wave;
   prepare(commands, w.next.get(), RayKind::kIndirect, w.active.get());
   context_.tracer.closest(commands, {&w.next->buffer, w.rays.get(), w.hits.get(), w.capacity()});
-  return trace_shadows(commands, 0);
+  if (!trace_shadows(commands)) return false;
+  commands.begin_stage("resolve");
+  for (std::size_t c = 0; c < classes(); ++c) dispatch(commands, resolve_, surfaces(c), {.a = light_samples});
+  return true;
 }
 
-bool PathStages::trace_shadows(Commands& commands, std::uint32_t number) {
+bool PathStages::trace_shadows(Commands& commands) {
   Wave& w = context_.wave;
   if (light_program_) {
     commands.begin_stage("light program");
@@ -191,14 +177,9 @@ bool PathStages::trace_shadows(Commands& commands, std::uint32_t number) {
     dispatch(commands, *light_program_, *w.program_queue);
   }
   prepare(commands, w.shadow_queue.get(), RayKind::kShadow, nullptr);
-  context_.tracer.any(commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_hits.get(), w.capacity()});
-  // Shadow results are taken while the queue still lists every shadow ray of this step.
-  if (on_shadows) on_shadows(*w.shadow_queue, number);
-  commands.begin_stage("resolve");
-  // The transparent rounds shrink the queue: what arrived is added when a ray leaves it (shadow_surface.comp).
-  if (shadow_surface_) return trace_transparent_shadows(commands);
-  dispatch(commands, resolve_, *w.shadow_queue);
-  return true;
+  context_.tracer.any(commands,
+                      {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_hits.get(), w.shadow_capacity()});
+  return !shadow_surface_ || trace_transparent_shadows(commands);
 }
 
 bool PathStages::advance(Commands& commands, int step) {
@@ -225,9 +206,11 @@ bool PathStages::render(Commands& commands, const std::function<void(std::size_t
       surface(commands, c);
       resample(c);
     }
-    if (step == 0 && !more_light_samples(commands)) return false;
-    for (std::size_t c = 0; c < classes(); ++c) shade(commands, c);
-    if (!light(commands)) return false;
+    // Several at what the camera sees first, which is traced and shaded once for all of them.
+    const std::uint32_t light_samples = step == 0 ? context_.wave.params().light_samples : 1;
+    for (std::size_t c = 0; c < classes(); ++c) shade(commands, c, light_samples);
+    if (after_shading) after_shading();
+    if (!light(commands, light_samples)) return false;
     if (!advance(commands, step)) return true;
   }
 }
@@ -247,6 +230,7 @@ bool PathStages::first_surfaces(Commands& commands, const std::function<void(std
 // Follows shadow rays that no opaque surface stops through transparent ones, one surface a round.
 bool PathStages::trace_transparent_shadows(Commands& commands) {
   Wave& w = context_.wave;
+  commands.begin_stage("shadow surface");
   prepare(commands, nullptr, RayKind::kNone, w.shadow_next.get());
   dispatch(commands, *shadow_begin_, *w.shadow_queue, {.out_queue = w.shadow_next->address()});
   prepare(commands, w.shadow_next.get(), RayKind::kTransparentShadow, w.shadow_queue.get());
@@ -254,7 +238,7 @@ bool PathStages::trace_transparent_shadows(Commands& commands) {
   const std::uint32_t rounds = context_.settings.transparent_bounces + 1;
   for (std::uint32_t round = 0; round <= rounds; ++round) {
     context_.tracer.closest(commands,
-                            {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.capacity()});
+                            {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.shadow_capacity()});
     commands.begin_stage("shadow surface");
     dispatch(commands, *shadow_surface_, *w.shadow_queue, {.out_queue = w.shadow_next->address()});
     prepare(commands, w.shadow_next.get(), RayKind::kTransparentShadow, w.shadow_queue.get());

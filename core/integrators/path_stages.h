@@ -37,16 +37,13 @@ void append_first_surfaces(Commands& commands, const IntegratorContext& context,
 void make_light_proxies(Commands& commands, const IntegratorContext& context);
 
 // Where shading has its light samples from (the variants of shade.comp).
-enum class LightSource { kDrawn, kReservoir, kChosen };
+enum class LightSource { kDrawn, kReservoir, kCells };
 
 class PathStages {
  public:
-  // Of several light samples a surface, the wave's parameters must tell already.
   PathStages(const IntegratorContext& context, LightSource source);
 
-  // After shadow rays were traced, before what arrived is added. `number`: of the light sample they belong to, for
-  // surfaces that get several.
-  std::function<void(Queue& shadow_rays, std::uint32_t number)> on_shadows;
+  std::function<void()> after_shading;  // of all classes, in every step of render()
 
   // Starts the wave's paths, traces their camera rays.
   void camera(Commands& commands);
@@ -56,13 +53,11 @@ class PathStages {
   // Hits of a class become surfaces: material programs run, emission is taken.
   void surface(Commands& commands, std::size_t shading_class);
   Queue& surfaces(std::size_t shading_class) { return *context_.wave.surface_queues[shading_class]; }
-  // Light sample and BSDF sample of every surface of a class.
-  void shade(Commands& commands, std::size_t shading_class);
-  // The first surfaces' light samples but one, each traced and added before the next: their paths have one place for a
-  // shadow ray. Between surface() and shade() of a path's first step. False: cancelled.
-  bool more_light_samples(Commands& commands);
-  // Traces shadow rays and next rays, adds the light that arrived. False: cancelled.
-  bool light(Commands& commands);
+  // Light samples and BSDF sample of every surface of a class. `light_samples`: of each, at most as many as the wave has
+  // places for.
+  void shade(Commands& commands, std::size_t shading_class, std::uint32_t light_samples);
+  // Traces next rays and shadow rays, adds the light that arrived. False: cancelled.
+  bool light(Commands& commands, std::uint32_t light_samples);
   // Makes the next rays the current ones. False: no path is left (`step` counts calls of a wave from 0). A Tracer on
   // the host is given a look at the queue after every step; on the device steps are recorded as far as paths can go,
   // and the host looks only where it submits anyway.
@@ -80,7 +75,7 @@ class PathStages {
   void dispatch(Commands& commands, const Kernel& kernel, Queue& queue, Push push = {});
 
  private:
-  bool trace_shadows(Commands& commands, std::uint32_t number);
+  bool trace_shadows(Commands& commands);
   bool trace_transparent_shadows(Commands& commands);
 
   std::uint32_t paths() const;  // of the wave
@@ -92,9 +87,9 @@ class PathStages {
   const Kernel& escaped_;
   const Kernel& resolve_;
   const Kernel& prepare_;
-  std::vector<const Kernel*> surface_, shade_, next_event_;  // by class; the last only for several light samples
-  const Kernel* light_program_ = nullptr;                    // only where lights' emission is a program
-  const Kernel* shadow_begin_ = nullptr;                     // these two only in scenes that let shadow rays through
+  std::vector<const Kernel*> surface_, shade_;  // by class
+  const Kernel* light_program_ = nullptr;       // only where lights' emission is a program
+  const Kernel* shadow_begin_ = nullptr;        // these two only in scenes that let shadow rays through
   const Kernel* shadow_surface_ = nullptr;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stages of `wssr-hash`, in the place of path's light sample:
-//   surface → choose (→ request) → shade → trace shadow → learn …   and after a pass: update, insert
+// The stages of `wssr-hash`, beside those of path:
+//   surface → shade (→ request) → trace shadow → resolve …   and after a pass: update, insert
+// `shade` draws lights by the surface's cell, `resolve` teaches it.
 // Cells change between passes only, so that a pass gives the same picture in any order of waves and threads.
 #include "integrators/wssr_hash.h"
 
@@ -24,21 +25,16 @@ WssrHashIntegrator::WssrHashIntegrator(const IntegratorContext& context)
     : context_(context),
       params_(resolve_reuse(context.settings)),
       missing_(context.device, context.wave.capacity(), "missing light cells"),
-      leaves_kernel_(context.kernels.get("light_leaves", context.constants)),
-      choose_(context.kernels.get("light_cell_choose", context.constants)),
       request_(context.kernels.get("light_cell_request", context.constants)),
-      learn_(context.kernels.get("light_cell_learn", context.constants)),
       update_(context.kernels.get("light_cell_update", context.constants)),
       insert_(context.kernels.get("light_cell_insert", context.constants)),
-      clear_(context.kernels.get("light_cell_clear", context.constants)) {
-  const auto make = [&](std::uint64_t element, std::uint64_t count, const char* label) {
-    return std::make_unique<Buffer>(context.device, element * count, BufferUse::device, label);
+      clear_(context.kernels.get("light_cell_clear", context.constants)),
+      stages_(context, LightSource::kCells) {
+  const auto make = [&](std::uint64_t element, const char* label) {
+    return std::make_unique<Buffer>(context.device, element * context.wave.capacity(), BufferUse::device, label);
   };
-  chosen_ = make(sizeof(LightChoice) * params_.light_samples, context.wave.capacity(), "light choices");
-  targets_ = make(sizeof(ReuseSurface), context.wave.capacity(), "path targets");
-  leaves_ = make(sizeof(LightLeaf), std::max(context.light_count, 1u), "light leaves");
-  context_.wave.params().light_samples = params_.light_samples;
-  stages_ = std::make_unique<PathStages>(context_, LightSource::kChosen);
+  wanted_ = make(sizeof(LightCellRequest), "wanted light cells");
+  visited_ = make(sizeof(std::uint32_t), "visited light cells");
 }
 
 void WssrHashIntegrator::begin_frame(Commands& commands) {
@@ -57,14 +53,11 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   if (!keeps) store.light_cells->passes = 0;
 
   FrameParams& frame = context_.wave.params();
-  frame.reuse.targets = targets_->address();
-  frame.reuse.light_mis_scale = static_cast<float>(params_.candidates);
   LightCellFrame& f = frame.light_cells;
   cells().fill(f);
   f.missing = missing_.address();
-  f.chosen = chosen_->address();
-  f.leaves = leaves_->address();
-  f.candidates = params_.candidates;
+  f.wanted = wanted_->address();
+  f.visited = visited_->address();
   f.pass = cells().passes;
   f.size = kCellPixels * context_.pixel_size;
   f.least_size = kLeastSize * context_.scene_radius;
@@ -74,26 +67,18 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   context_.wave.write_params(commands);
 
   commands.begin_stage("light cells");
-  dispatch_all(commands, context_.device, leaves_kernel_, context_.light_count);
   dispatch_all(commands, context_.device, clear_, cells().buckets(), keeps ? 0 : 1);
-  stages_->prepare(commands, nullptr, RayKind::kNone, &missing_);
+  stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
   commands.flush();
 }
 
-void WssrHashIntegrator::choose(Commands& commands, std::size_t c) {
-  commands.begin_stage("choose lights");
-  stages_->dispatch(commands, choose_, stages_->surfaces(c));
-  stages_->prepare(commands, &missing_, RayKind::kNone, nullptr);
-  stages_->dispatch(commands, request_, missing_);
-  stages_->prepare(commands, nullptr, RayKind::kNone, &missing_);
-}
-
 bool WssrHashIntegrator::render(Commands& commands) {
-  stages_->on_shadows = [&](Queue& shadow_rays, std::uint32_t number) {
-    commands.begin_stage("learn lights");
-    stages_->dispatch(commands, learn_, shadow_rays, {.a = number});
+  stages_.after_shading = [&] {
+    stages_.prepare(commands, &missing_, RayKind::kNone, nullptr);
+    stages_.dispatch(commands, request_, missing_);
+    stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
   };
-  return stages_->render(commands, [&](std::size_t c) { choose(commands, c); });
+  return stages_.render(commands, [](std::size_t) {});
 }
 
 void WssrHashIntegrator::end_pass(Commands& commands, int) {

@@ -20,20 +20,16 @@ class WssrHashIntegrator final : public Integrator {
 
  private:
   LightCells& cells() { return *context_.reservoirs.light_cells; }
-  void choose(Commands& commands, std::size_t shading_class);
 
   IntegratorContext context_;
   ReuseParams params_;
-  std::unique_ptr<PathStages> stages_;
-  std::unique_ptr<Buffer> chosen_, targets_, leaves_;  // for each path; for each light
-  Queue missing_;                                       // paths whose cell is not there
-  const Kernel& leaves_kernel_;
-  const Kernel& choose_;
+  std::unique_ptr<Buffer> wanted_, visited_;  // for each path
+  Queue missing_;                             // paths whose cell is not there
   const Kernel& request_;
-  const Kernel& learn_;
   const Kernel& update_;
   const Kernel& insert_;
   const Kernel& clear_;
+  PathStages stages_;
 };
 
 }  // namespace hw

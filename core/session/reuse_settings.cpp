@@ -35,7 +35,6 @@ std::vector<IntegratorInfo> make_table() {
   const Names world = {"candidates",     "indirect_candidates", "neighbours", "reservoirs_per_cell",
                        "temporal_reuse", "spatial_reuse",       "history",    "empty_cells"};
   ReuseParams hash;
-  hash.candidates = 2;
   hash.light_samples = 4;
   const Names grids = joined(world, {"grid_radius", "grid_resolution", "grid_extent", "cell_inputs", "grid_follow"});
   // Unbiased estimators: records are weighed by surfaces, so that they need neither inputs nor what lights empty cells.
@@ -94,7 +93,7 @@ std::vector<IntegratorInfo> make_table() {
        "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; for any number "
        "of "
        "lights.",
-       {"light_samples", "candidates", "reservoir_memory"},
+       {"light_samples", "reservoir_memory"},
        hash},
   };
 }

@@ -18,10 +18,11 @@ static_assert(sizeof(FrameParams) <= 65536 && sizeof(FrameParams) % 4 == 0);  //
 
 }  // namespace
 
-std::size_t wave_bytes_per_path(const FilmLayout& layout) {
-  return sizeof(PathState) + 2 * sizeof(Ray) + 2 * sizeof(Hit) + 4 + sizeof(ShadowState) + sizeof(SurfacePoint) +
-         HW_MAX_CLOSURES * sizeof(Closure) + (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 +
-         (6 + 2 * HW_MAX_SHADING_CLASSES) * 4;
+std::size_t wave_bytes_per_path(std::uint32_t light_samples, const FilmLayout& layout) {
+  const std::size_t shadow = sizeof(Ray) + sizeof(Hit) + 4 + sizeof(ShadowState) + 3 * 4;
+  return sizeof(PathState) + sizeof(Ray) + sizeof(Hit) + sizeof(SurfacePoint) + HW_MAX_CLOSURES * sizeof(Closure) +
+         (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 + (3 + 2 * HW_MAX_SHADING_CLASSES) * 4 +
+         light_samples * shadow;
 }
 
 std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const char* label) {
@@ -30,15 +31,15 @@ std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const ch
   return std::make_unique<Buffer>(device, bytes, BufferUse::device, label);
 }
 
-Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
-    : capacity_(capacity), layout_mask_(layout.mask) {
+Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, const FilmLayout& layout)
+    : capacity_(capacity), light_samples_(light_samples), layout_mask_(layout.mask) {
   paths = make(device, sizeof(PathState), "path states");
   rays = make(device, sizeof(Ray), "rays");
   hits = make(device, sizeof(Hit), "hits");
-  shadow_rays = make(device, sizeof(Ray), "shadow rays");
-  shadow_hits = make(device, 4, "shadow ray results");
-  shadow_surface_hits = make(device, sizeof(Hit), "shadow ray hits");
-  shadows = make(device, sizeof(ShadowState), "shadow states");
+  shadow_rays = make(device, light_samples * sizeof(Ray), "shadow rays");
+  shadow_hits = make(device, light_samples * 4, "shadow ray results");
+  shadow_surface_hits = make(device, light_samples * sizeof(Hit), "shadow ray hits");
+  shadows = make(device, light_samples * sizeof(ShadowState), "shadow states");
   surfaces = make(device, sizeof(SurfacePoint), "surface points");
   closures = make(device, sizeof(Closure) * HW_MAX_CLOSURES, "closures");
   splits = make(device, layout.split_paths() ? sizeof(PathSplit) : 0, "light pass shares");
@@ -55,10 +56,10 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
     params_.hit_queues[c] = hit_queues[c]->address();
   }
   escaped_queue = std::make_unique<Queue>(device, capacity, "escaped queue");
-  program_queue = std::make_unique<Queue>(device, capacity, "light program queue");
+  program_queue = std::make_unique<Queue>(device, shadow_capacity(), "light program queue");
   params_.program_queue = program_queue->address();
-  shadow_queue = std::make_unique<Queue>(device, capacity, "shadow queue");
-  shadow_next = std::make_unique<Queue>(device, capacity, "next shadow queue");
+  shadow_queue = std::make_unique<Queue>(device, shadow_capacity(), "shadow queue");
+  shadow_next = std::make_unique<Queue>(device, shadow_capacity(), "next shadow queue");
   Commands commands(device);
   for (Queue* q :
        {active.get(), next.get(), escaped_queue.get(), shadow_queue.get(), shadow_next.get(), program_queue.get()})
@@ -70,6 +71,7 @@ Wave::Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout)
   commands.fill(*counters_buffer, 0, sizeof(RayCounters), 0);
   commands.flush();
 
+  params_.light_samples = light_samples;
   params_.paths = paths->address();
   params_.rays = rays->address();
   params_.hits = hits->address();
@@ -117,7 +119,6 @@ void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& l
   p.region_width = s.region[2] - s.region[0];
   p.region_height = s.region[3] - s.region[1];
   p.seed = s.seed;
-  p.light_samples = 1;
   p.passes = layout.mask;
   p.film_stride = layout.stride;
   std::copy(std::begin(layout.offset), std::end(layout.offset), std::begin(p.pass_offset));

@@ -19,10 +19,12 @@ namespace hw {
 
 class Wave {
  public:
-  // Throws OutOfMemory when the buffers don't fit.
-  Wave(Device& device, std::uint32_t capacity, const FilmLayout& layout);
+  // For `capacity` paths, each with places for so many shadow rays. Throws OutOfMemory when the buffers don't fit.
+  Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, const FilmLayout& layout);
 
   std::uint32_t capacity() const { return capacity_; }
+  std::uint32_t light_samples() const { return light_samples_; }
+  std::uint32_t shadow_capacity() const { return capacity_ * light_samples_; }
   std::uint64_t bytes() const { return bytes_; }
   // Parameters of the coming wave; write_params() puts them where the stages recorded after it read them.
   FrameParams& params() { return params_; }
@@ -49,16 +51,16 @@ class Wave {
 
   std::unique_ptr<Buffer> readback_;  // mapped: what the host looks at of buffers that it can't see
   std::unique_ptr<Buffer> make(Device& device, std::size_t element, const char* label);
-  std::uint32_t capacity_;
+  std::uint32_t capacity_, light_samples_;
   std::uint32_t layout_mask_;  // passes the results were sized for
   std::uint64_t bytes_ = 0;
   FrameParams params_{};
 };
 
 // Bytes a path takes with this layout: what decides how many fit in a wave.
-std::size_t wave_bytes_per_path(const FilmLayout& layout);
+std::size_t wave_bytes_per_path(std::uint32_t light_samples, const FilmLayout& layout);
 
-// Fills the parts of FrameParams that settings decide.
+// Fills the parts of FrameParams that settings decide, but for the light samples, which are the wave's.
 void apply_settings(FrameParams& params, const RenderSettings& settings, const FilmLayout& layout);
 
 }  // namespace hw

@@ -6,12 +6,11 @@
 #include "light_cell_key.h"
 #include "light_cells.glsl"
 #include "random.h"
-#include "reuse_target.h"
 
 // The key of a path's surface: the same for all of its light samples, another for each vertex, by jitter.
-LightCellKey light_cell_of(PathState state, SurfacePoint point, TargetSurface s) {
+LightCellKey light_cell_of(PathState state, SurfacePoint point) {
   vec3 P = point.position, N = octahedral_unpack(point.receiver);
-  bool glossy = s.glossy > 2.0 * (s.diffuse + s.transmit) && s.alpha < 0.3;
+  bool glossy = (point.flags & HW_SURFACE_GLOSSY) != 0u;
   uint random = random_stream(state.seed, state.sample_index, path_bounce(state.bounces) + state.transparent,
                               HW_STREAM_CELL, HW_FRAME.seed);
   float across = random_next(random);

@@ -20,30 +20,6 @@ void light_cell_forget_pass(LightCellArray cells, uint cell) {
   }
 }
 
-// The choice of light sample `number` of a path's surface; surfaces that get one have it as number 0.
-Words light_choice_words(uint path, uint number) {
-  return Words(HW_CELLS.chosen + uint64_t(path * HW_FRAME.light_samples + number) * HW_LIGHT_CHOICE_BYTES);
-}
-LightChoice light_choice_load(uint path, uint number) {
-  Words w = light_choice_words(path, number);
-  uint64_t w0 = w.at[0], w2 = w.at[2];
-  vec2 w1 = word_floats(w.at[1]);
-  LightChoice c;
-  c.cell = word_low(w0);
-  c.light = word_high(w0);
-  c.weight = w1.x;
-  c.pdf = w1.y;
-  c.teaches = word_low_float(w2);
-  c.slot = word_high(w2);
-  return c;
-}
-void light_choice_store(uint path, uint number, LightChoice c) {
-  Words w = light_choice_words(path, number);
-  w.at[0] = word_of(c.cell, c.light);
-  w.at[1] = word_of(c.weight, c.pdf);
-  w.at[2] = word_of(floatBitsToUint(c.teaches), c.slot);
-}
-
 // The slot that holds the light at a place of the tree's order.
 uint light_cell_slot_of(LightCellArray cells, uint cell, uint slots, uint place) {
   uint low = 0u;

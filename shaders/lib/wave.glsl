@@ -69,10 +69,6 @@ void path_store_progress(uint path, PathState s) {
   w.at[5] = word_of(s.flags, s.bounces);
 }
 
-// Light samples that a surface gets on a path in this state: several at what the camera sees first, which is traced and
-// shaded once for all of them.
-uint light_samples_at(PathState s) { return s.bounces == 0u && s.transparent == 0u ? HW_FRAME.light_samples : 1u; }
-
 Ray ray_of_words(Words w) {
   uint64_t w1 = w.at[1], w3 = w.at[3];
   Ray r;
@@ -94,7 +90,10 @@ void ray_to_words(Words w, Ray r) {
 }
 Ray ray_load(uint path) { return ray_of_words(Words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES)); }
 void ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES), r); }
-void shadow_ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.shadow_rays + uint64_t(path) * HW_RAY_BYTES), r); }
+// Shadow ray `number` of a path (ShadowState).
+uint shadow_of(uint path, uint number) { return path * HW_FRAME.light_samples + number; }
+uint path_of_shadow(uint shadow) { return shadow / HW_FRAME.light_samples; }
+void shadow_ray_store(uint shadow, Ray r) { ray_to_words(Words(HW_FRAME.shadow_rays + uint64_t(shadow) * HW_RAY_BYTES), r); }
 
 Hit hit_load(uint path) {
   Words w = Words(HW_FRAME.hits + uint64_t(path) * HW_HIT_BYTES);
@@ -146,8 +145,9 @@ void surface_store(uint path, SurfacePoint p) {
   w.at[7] = word_of(p.closure_count, p.flags);
 }
 
-void shadow_store(uint path, ShadowState s) {
-  Words w = Words(HW_FRAME.shadows + uint64_t(path) * HW_SHADOW_BYTES);
+Words shadow_words(uint shadow) { return Words(HW_FRAME.shadows + uint64_t(shadow) * HW_SHADOW_BYTES); }
+void shadow_store(uint shadow, ShadowState s) {
+  Words w = shadow_words(shadow);
   w.at[0] = word_of(s.radiance.x, s.radiance.y);
   w.at[1] = word_of(floatBitsToUint(s.radiance.z), s.bounce);
   if (HW_LIGHT_PASSES) w.at[2] = word_of(s.diffuse.x, s.diffuse.y);
@@ -155,6 +155,37 @@ void shadow_store(uint path, ShadowState s) {
   if (HW_LIGHT_PASSES) w.at[4] = word_of(s.glossy.x, s.glossy.y);
   w.at[5] = word_of(floatBitsToUint(s.glossy.z), s.transparent);
   if (HW_HAS(HW_FEATURE_EMISSION_PROGRAM)) w.at[6] = word_of(s.uv.x, s.uv.y);
+  if (HW_HAS(HW_FEATURE_LIGHT_CELLS)) w.at[7] = word_of(s.slot, floatBitsToUint(s.teaches));
+}
+// What light that arrived is added by.
+ShadowState shadow_load(uint shadow) {
+  Words w = shadow_words(shadow);
+  uint64_t w1 = w.at[1];
+  ShadowState s;
+  s.radiance = vec3(word_floats(w.at[0]), word_low_float(w1));
+  s.bounce = word_high(w1);
+  s.diffuse = vec3(0.0);
+  s.glossy = vec3(0.0);
+  s.light = HW_NONE;
+  if (HW_LIGHT_PASSES || HW_HAS(HW_FEATURE_LIGHT_CELLS)) {
+    uint64_t w3 = w.at[3];
+    s.diffuse.z = word_low_float(w3);
+    s.light = word_high(w3);
+  }
+  if (HW_LIGHT_PASSES) {
+    s.diffuse = vec3(word_floats(w.at[2]), s.diffuse.z);
+    s.glossy = vec3(word_floats(w.at[4]), word_low_float(w.at[5]));
+  }
+  s.transparent = 0u;
+  s.uv = vec2(0.0);
+  s.slot = 0u;
+  s.teaches = 0.0;
+  if (HW_HAS(HW_FEATURE_LIGHT_CELLS)) {
+    uint64_t w7 = w.at[7];
+    s.slot = word_low(w7);
+    s.teaches = word_high_float(w7);
+  }
+  return s;
 }
 
 void queue_push(uint64_t queue, uint path) {
@@ -170,8 +201,9 @@ bool pass_on(uint pass) { return (HW_PASSES & (1u << pass)) != 0u; }
 const float HW_RESULT_LIMIT = 1e30;
 
 // A value that is not finite, or so large that sums would not be, counts as 0: one bad sample must not spoil a pixel.
+vec3 result_value(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z) < HW_RESULT_LIMIT ? v : vec3(0.0); }
 void result_add3(uint path, uint pass, vec3 v) {
-  v = abs(v.x) + abs(v.y) + abs(v.z) < HW_RESULT_LIMIT ? v : vec3(0.0);
+  v = result_value(v);
   uint o = path * HW_FRAME.film_stride + HW_FRAME.pass_offset[pass];
   FloatBuffer r = FloatBuffer(HW_FRAME.results);
   r.at[o] += v.x;
@@ -194,10 +226,8 @@ vec3 clamp_contribution(vec3 v, float limit) {
   return sum > limit ? v * (limit / sum) : v;
 }
 
-// Adds light that arrived at the camera. `bounce` counts scatterings before the light: 0 seen directly, 1 direct light.
-void result_add_light(uint path, vec3 radiance, uint bounce, vec3 diffuse_share, vec3 glossy_share) {
-  vec3 v = clamp_contribution(radiance, bounce > 1u ? HW_FRAME.clamp_indirect : HW_FRAME.clamp_direct);
-  result_add3(path, HW_PASS_COMBINED, v);
+// The shares of light in the passes by lobe. `v`: as result_clamp leaves it.
+void result_add_light_passes(uint path, vec3 v, uint bounce, vec3 diffuse_share, vec3 glossy_share) {
   if (HW_LIGHT_PASSES) {
     if (bounce >= 1u) {
       vec3 d = v * diffuse_share, g = v * glossy_share, t = v - d - g;
@@ -210,6 +240,18 @@ void result_add_light(uint path, vec3 radiance, uint bounce, vec3 diffuse_share,
       if (pass_on(HW_PASS_TRANSMISSION_INDIRECT) && !direct) result_add3(path, HW_PASS_TRANSMISSION_INDIRECT, t);
     }
   }
+}
+
+// `bounce` counts scatterings before the light: 0 seen directly, 1 direct light.
+vec3 result_clamp(vec3 radiance, uint bounce) {
+  return clamp_contribution(radiance, bounce > 1u ? HW_FRAME.clamp_indirect : HW_FRAME.clamp_direct);
+}
+
+// Adds light that arrived at the camera.
+void result_add_light(uint path, vec3 radiance, uint bounce, vec3 diffuse_share, vec3 glossy_share) {
+  vec3 v = result_clamp(radiance, bounce);
+  result_add3(path, HW_PASS_COMBINED, v);
+  result_add_light_passes(path, v, bounce, diffuse_share, glossy_share);
 }
 
 // Power heuristic (Veach 1995, beta = 2), as Cycles weighs light against BSDF samples.

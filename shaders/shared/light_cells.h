@@ -38,12 +38,15 @@ HW_CONST uint HW_LIGHT_CELL_BYTES = 2080u;
 HW_CHECK_SIZE(LightCell, HW_LIGHT_CELL_BYTES)
 HW_CHECK_OFFSET(LightCell, slot, 0u)
 
-// The cell that a bucket is asked to take in with the next update: of all that are asked for, the one of the least tag.
+// A cell that a surface looked for in vain, or that its bucket is asked to take in with the next update: of all that are
+// asked for, the one of the least tag.
 struct LightCellRequest {
   uint tag;  // HW_NONE: none
+  uint bucket;
   vec3 center;
+  uint pad;
 };
-HW_CONST uint HW_LIGHT_CELL_REQUEST_BYTES = 16u;
+HW_CONST uint HW_LIGHT_CELL_REQUEST_BYTES = 24u;
 HW_CHECK_SIZE(LightCellRequest, HW_LIGHT_CELL_REQUEST_BYTES)
 
 // Where the stages find them (FrameParams::light_cells). Tags lie apart, so that a look-up reads one line.
@@ -52,44 +55,18 @@ struct LightCellFrame {
   uint64_t tags;      // uint[buckets * HW_LIGHT_CELL_WAYS]: what the cell stands for; 0: free
   uint64_t requests;  // LightCellRequest[buckets]
   uint64_t missing;   // queue of paths whose cell is not there
-  uint64_t chosen;    // LightChoice[path * light samples of a first surface + number]
-  uint64_t leaves;    // LightLeaf[] in the tree's order
+  uint64_t wanted;    // LightCellRequest[path]: of those paths
+  uint64_t visited;   // uint[path]: the cell that its surface asked; HW_NONE: none
   uint buckets;
-  uint candidates;   // light samples that the one to be traced is chosen from
   uint pass;         // counts updates
   float size;        // of a cell as seen from the camera: width over distance [rad]; orthographic: width [m]
   float least_size;  // [m]
   float floor;       // of a node's response, over the cell's mean: what seems dark is looked at now and then
   uint keep;         // passes that a cell nobody looks up stays
   int fixed_exponent;
+  uint pad;
 };
 HW_CHECK_SIZE(LightCellFrame, 80)
-
-// What a light sample of a surface comes from: the cell it asked, and the light chosen.
-struct LightChoice {
-  uint cell;      // HW_NONE: none, the tree's root
-  uint light;     // HW_NONE: no light
-  float weight;   // takes the place of 1 / probability
-  float pdf;      // of the light, as MIS counts it
-  float teaches;  // 1 / luminance of the path's throughput
-  uint slot;      // of the cell's cut, that the light is in
-};
-HW_CONST uint HW_LIGHT_CHOICE_BYTES = 24u;
-HW_CHECK_SIZE(LightChoice, HW_LIGHT_CHOICE_BYTES)
-
-// A light in the tree's order as the target function sees it (LightProxy, shared/reuse.h), in the least memory: half of
-// what many lights cost is reading of them.
-struct LightLeaf {
-  vec3 center;
-  float intensity;
-  uint axis;
-  uint emission;
-  uint extent;  // the upper halves of two floats, rounded up: area, and << 16 radius
-  uint light;   // its index, and << HW_LIGHT_LEAF_FLAGS HW_PROXY_*
-};
-HW_CONST uint HW_LIGHT_LEAF_BYTES = 32u;
-HW_CHECK_SIZE(LightLeaf, HW_LIGHT_LEAF_BYTES)
-HW_CONST uint HW_LIGHT_LEAF_FLAGS = 28u;
 
 HW_NAMESPACE_END
 #endif

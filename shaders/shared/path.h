@@ -86,8 +86,10 @@ HW_CONST uint HW_SURFACE_POINT_BYTES = 64u;
 HW_CHECK_SIZE(SurfacePoint, HW_SURFACE_POINT_BYTES)
 HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
 HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could be evaluated for
+HW_CONST uint HW_SURFACE_GLOSSY = 512u;       // most of it is a sharp reflection
 
-// What a shadow ray carries: added to the path's result where it arrives.
+// What a shadow ray carries: added to the path's result where it arrives. Shadow ray `number` of a path, of
+// FrameParams::light_samples that it has places for, lies at path * light_samples + number, as do its ray and its result.
 struct ShadowState {
   vec3 radiance;  // throughput * f * cos * Le / pdf * MIS weight; without Le until light_program.comp has run
   uint bounce;    // scatterings before the light, this one included
@@ -96,8 +98,10 @@ struct ShadowState {
   vec3 glossy;
   uint transparent;  // transparent surfaces crossed so far
   vec2 uv;           // where on a triangle light, barycentrics as in Hit
+  uint slot;         // of the light cell that proposed it (wssr-hash)
+  float teaches;     // what the cell learns of each unit of luminance: 1 / that of the path's throughput
 };
-HW_CONST uint HW_SHADOW_BYTES = 56u;
+HW_CONST uint HW_SHADOW_BYTES = 64u;
 HW_CHECK_SIZE(ShadowState, HW_SHADOW_BYTES)
 
 // Share of a path's throughput that left the first surface by the diffuse and glossy lobes; the rest is transmission.

@@ -30,9 +30,9 @@ vec3 triangle_emission(LightRecord light, vec2 uv, Ray ray, uint bounces, uint t
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
-  ShadowState s = ShadowArray(HW_FRAME.shadows).at[path];
-  Ray ray = RayArray(HW_FRAME.shadow_rays).at[path];
+  uint shadow = queue.path[gl_GlobalInvocationID.x];
+  ShadowState s = ShadowArray(HW_FRAME.shadows).at[shadow];
+  Ray ray = RayArray(HW_FRAME.shadow_rays).at[shadow];
   // As Cycles evaluates emission for light samples: by the shadow ray, with the depth of the path that casts it.
   uint bounces = s.bounce - 1u;
   LightRecord light = light_load(s.light);
@@ -43,7 +43,7 @@ void main() {
     radiance = triangle_emission(light, s.uv, ray, bounces, 0u);
   }
   radiance *= s.radiance;
-  ShadowArray(HW_FRAME.shadows).at[path].radiance = radiance;
+  ShadowArray(HW_FRAME.shadows).at[shadow].radiance = radiance;
   // Nothing to carry: the ray need not look for anything.
-  if (!(radiance.x + radiance.y + radiance.z > 0.0)) RayArray(HW_FRAME.shadow_rays).at[path].mask = 0u;
+  if (!(radiance.x + radiance.y + radiance.z > 0.0)) RayArray(HW_FRAME.shadow_rays).at[shadow].mask = 0u;
 }

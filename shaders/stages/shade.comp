@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// At a surface: one light sample with its shadow ray (next-event estimation), and one BSDF sample with the next ray.
-// shade_reservoir takes the light sample from the path's reservoir instead of drawing one, shade_chosen takes the light
-// that light_cell_choose.comp chose and draws a point on it.
-// next_event makes a light sample of a surface that gets several, and no next ray.
+// At a surface: its light samples, each with its shadow ray (next-event estimation), and one BSDF sample with the next
+// ray. shade_reservoir takes the light sample from the path's reservoir instead of drawing one, shade_cells draws lights
+// by the surface's cell.
 // variant shade_reservoir: HW_RESERVOIR
-// variant shade_chosen: HW_CHOSEN
-// variant next_event: HW_NEXT_EVENT
-// variant next_event_chosen: HW_NEXT_EVENT HW_CHOSEN
-// a: number of the light sample; of more than the surface gets there are none.
+// variant shade_cells: HW_CELLS_DRAW
+// a: light samples of each surface.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef HW_CELLS_DRAW
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_EXT_shader_atomic_int64 : require
+#endif
 #include "lib/wave.glsl"
 #include "lib/closures.h"
-#include "lib/light_cells.glsl"
+#ifdef HW_CELLS_DRAW
+#include "lib/light_cell_draw.glsl"
+#endif
 #include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
 #include "lib/sampler.h"
@@ -20,32 +23,37 @@
 #include "lib/world_sampling.h"
 layout(local_size_x = 64) in;
 
-// out_queue: paths with a shadow ray; out_queue2: paths with a next ray.
+// out_queue: shadow rays; out_queue2: paths with a next ray.
 
 vec3 shares_of(vec3 part, vec3 total) {
   return vec3(total.x > 0.0 ? part.x / total.x : 0.0, total.y > 0.0 ? part.y / total.y : 0.0,
               total.z > 0.0 ? part.z / total.z : 0.0);
 }
 
-// `samples`: light samples that this surface gets, of which this is number `number`.
-void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce,
+// Light sample `number` of `samples`. False: it brings nothing, whatever its shadow ray would say.
+bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce,
                   uint samples, uint number) {
+  ShadowState shadow;
+  shadow.slot = 0u;
+  shadow.teaches = 0.0;
 #ifdef HW_RESERVOIR
   Reservoir r = ReservoirArray(HW_FRAME.reuse.reservoirs).at[path];
   LightDraw draw = draw_reservoir(point.position, r, HW_FRAME.reuse.light_mis_scale);
-#elif defined(HW_CHOSEN)
-  uint index = state.sample_index * samples + number;
-  vec2 u2 = sampler_2d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
-  LightChoice choice = light_choice_load(path, number);
-  LightDraw draw = draw_on_light(point.position, choice.light, choice.weight, choice.pdf, u2);
 #else
   uint index = state.sample_index * samples + number;
   float u = sampler_1d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
   vec2 u2 = sampler_2d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
+#ifdef HW_CELLS_DRAW
+  float choice;
+  uint light = light_cell_draw(u, choice, shadow.slot);
+  LightDraw draw = draw_on_light(point.position, light, choice > 0.0 ? 1.0 / choice : 0.0, choice, u2);
+  shadow.teaches = light_cell_teaches;
+#else
   LightDraw draw = draw_light(point.position, octahedral_unpack(point.receiver),
                               (point.receiver & HW_RECEIVER_TRANSMITS) != 0u, u, u2);
 #endif
-  if (!draw.valid) return;
+#endif
+  if (!draw.valid) return false;
 
   BsdfValue bsdf = closures_eval(list, sg, draw.wi);
   // What the light is told not to shine on.
@@ -55,9 +63,8 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   vec3 f = diffuse + glossy + transmission;
   float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(float(samples) * draw.mis_pdf, bsdf.pdf) : 1.0;
   vec3 radiance = state.throughput * f * draw.radiance * (weight / (draw.pdf * float(samples)));
-  if (!(radiance.x + radiance.y + radiance.z > 0.0)) return;
+  if (!(radiance.x + radiance.y + radiance.z > 0.0)) return false;
 
-  ShadowState shadow;
   shadow.radiance = radiance;
   shadow.bounce = path_bounce(state.bounces) + 1u;
   shadow.diffuse = vec3(0.0);
@@ -74,14 +81,16 @@ void sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
       shadow.glossy = split.glossy;
     }
   }
+  uint ray = shadow_of(path, number);
+  shadow_store(ray, shadow);
   if ((draw.flags & HW_LIGHT_CAST_SHADOW) == 0u) {
-    result_add_light(path, shadow.radiance, shadow.bounce, shadow.diffuse, shadow.glossy);
-    return;
+    UintBuffer(HW_FRAME.shadow_hits).at[ray] = 0u;
+    return true;
   }
-  shadow_ray_store(path, shadow_ray(point, draw.wi, draw.distance, draw.normal));
-  shadow_store(path, shadow);
-  queue_push(push.out_queue, path);
-  if (draw.program) queue_push(HW_FRAME.program_queue, path);
+  shadow_ray_store(ray, shadow_ray(point, draw.wi, draw.distance, draw.normal));
+  queue_push(push.out_queue, ray);
+  if (draw.program) queue_push(HW_FRAME.program_queue, ray);
+  return true;
 }
 
 void main() {
@@ -100,16 +109,16 @@ void main() {
   uint bounce = path_bounce(state.bounces);
   uint dimension_bounce = bounce + state.transparent;
 
-  uint samples = light_samples_at(state);
-  if ((point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u) {
-#ifdef HW_NEXT_EVENT
-    if (push.a < samples)
+  uint samples = push.a;
+  bool lit = (point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u;
+#ifdef HW_CELLS_DRAW
+  light_cell_here = HW_NONE;
+  if (lit) light_cell_enter(path, state, point, samples);
 #endif
-    sample_light(path, state, point, sg, list, dimension_bounce, samples, push.a);
+  for (uint number = 0u; number < samples; ++number) {
+    bool asks = lit && sample_light(path, state, point, sg, list, dimension_bounce, samples, number);
+    if (!asks) UintBuffer(HW_FRAME.shadow_hits).at[shadow_of(path, number)] = 1u;
   }
-#ifdef HW_NEXT_EVENT
-  return;
-#endif
 
   vec3 u3 = sampler_3d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_BSDF), HW_FRAME.seed);
   BsdfSample s = closures_sample(list, sg, u3);
@@ -156,8 +165,8 @@ void main() {
     state.mis_origin = point.position;
     state.mis_normal = point.receiver;
     state.mis_cell = HW_NONE;
-#ifdef HW_CHOSEN
-    state.mis_cell = light_choice_load(path, 0u).cell;
+#ifdef HW_CELLS_DRAW
+    state.mis_cell = light_cell_here;
 #endif
     if (!singular) state.min_pdf = min(state.min_pdf, s.value.pdf);
     ray.direction = s.wi;

@@ -124,6 +124,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   float blur = state.min_pdf * HW_FRAME.filter_glossy;
   bool blurs = blur < 1.0;
   float blur_roughness = sqrt(max(1.0 - blur, 0.0)) * 0.5;
+  float sharp = 0.0, blurry = 0.0;
   for (uint i = 0u; i < count; ++i) {
     Closure c = closure_load(surface.closures, i);
     if (blurs) {
@@ -137,6 +138,11 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
       transmits = transmits || (!singular && (other || closure_lets_through(c)));
       if (HW_HAS(HW_FEATURE_BUMP)) receiver = !singular && delta_only ? c.N : receiver;
     }
+    if (HW_HAS(HW_FEATURE_LIGHT_CELLS)) {
+      bool reflects = closure_is_microfacet(c) && closure_type(c) != HW_CLOSURE_REFRACTION && c.alpha_x * c.alpha_y < 0.09;
+      sharp += !singular && reflects ? c.sample_weight : 0.0;
+      blurry += singular || reflects ? 0.0 : c.sample_weight;
+    }
     delta_only = delta_only && singular;
   }
 
@@ -148,7 +154,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   point.terminator_cutoff = g.terminator_cutoff;
   point.receiver = (octahedral_pack(receiver) & ~HW_RECEIVER_TRANSMITS) | (transmits ? HW_RECEIVER_TRANSMITS : 0u);
   point.closure_count = count;
-  point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u);
+  point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u) | (sharp > 2.0 * blurry ? HW_SURFACE_GLOSSY : 0u);
   surface_store(path, point);
   path_store_progress(path, state);
   queue_push(push.out_queue, path);
