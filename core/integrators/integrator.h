@@ -62,6 +62,8 @@ class Integrator {
   virtual void begin_frame(Commands&) {}
   // Passes over the picture that must come before the first sample: they leave reservoirs, no light.
   virtual int preparations() const { return 0; }
+  // How many pixels such a pass has one path for.
+  virtual std::uint32_t preparation_pixels() const { return 1; }
   virtual bool prepare(Commands&, int /*preparation*/) { return true; }  // one wave; false: cancelled
   // Around the waves of a pass, or of a preparation (then `preparation` is its number, else -1).
   virtual void begin_pass(Commands&) {}

@@ -237,8 +237,8 @@ bool PathStages::trace_transparent_shadows(Commands& commands) {
   std::swap(w.shadow_queue, w.shadow_next);
   const std::uint32_t rounds = context_.settings.transparent_bounces + 1;
   for (std::uint32_t round = 0; round <= rounds; ++round) {
-    context_.tracer.closest(commands,
-                            {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.shadow_capacity()});
+    context_.tracer.closest(
+        commands, {&w.shadow_queue->buffer, w.shadow_rays.get(), w.shadow_surface_hits.get(), w.shadow_capacity()});
     commands.begin_stage("shadow surface");
     dispatch(commands, *shadow_surface_, *w.shadow_queue, {.out_queue = w.shadow_next->address()});
     prepare(commands, w.shadow_next.get(), RayKind::kTransparentShadow, w.shadow_queue.get());

@@ -53,8 +53,8 @@ class PathStages {
   // Hits of a class become surfaces: material programs run, emission is taken.
   void surface(Commands& commands, std::size_t shading_class);
   Queue& surfaces(std::size_t shading_class) { return *context_.wave.surface_queues[shading_class]; }
-  // Light samples and BSDF sample of every surface of a class. `light_samples`: of each, at most as many as the wave has
-  // places for.
+  // Light samples and BSDF sample of every surface of a class. `light_samples`: of each, at most as many as the wave
+  // has places for.
   void shade(Commands& commands, std::size_t shading_class, std::uint32_t light_samples);
   // Traces next rays and shadow rays, adds the light that arrived. False: cancelled.
   bool light(Commands& commands, std::uint32_t light_samples);

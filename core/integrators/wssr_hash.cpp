@@ -17,6 +17,10 @@ namespace {
 constexpr float kCellPixels = 16;  // width of a cell in the picture
 constexpr float kFloor = 0.02f;    // of what a node is thought to give, over what nodes give in the mean
 constexpr std::uint32_t kKeepPasses = 64;
+// Before the first sample cells learn from some paths, so that no sample is wasted on what nothing is known of: rounds
+// as cuts take some to follow the light, each with a path for one pixel of so many.
+constexpr int kRounds = 4, kRoundsKept = 1;
+constexpr std::uint32_t kRoundPixels = 16;
 constexpr float kLeastSize = 1e-4f;  // of the scene's radius
 
 }  // namespace
@@ -51,6 +55,7 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   }
   store.light_cells->tree = context_.light_tree_revision;
   if (!keeps) store.light_cells->passes = 0;
+  preparations_ = s.resume ? 0 : keeps ? kRoundsKept : kRounds;
 
   FrameParams& frame = context_.wave.params();
   LightCellFrame& f = frame.light_cells;
@@ -71,6 +76,8 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
   commands.flush();
 }
+
+std::uint32_t WssrHashIntegrator::preparation_pixels() const { return kRoundPixels; }
 
 bool WssrHashIntegrator::render(Commands& commands) {
   stages_.after_shading = [&] {

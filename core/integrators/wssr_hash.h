@@ -14,6 +14,9 @@ class WssrHashIntegrator final : public Integrator {
  public:
   explicit WssrHashIntegrator(const IntegratorContext& context);
   bool render(Commands& commands) override;
+  int preparations() const override { return preparations_; }
+  std::uint32_t preparation_pixels() const override;
+  bool prepare(Commands& commands, int) override { return render(commands); }
   bool samples_are_independent() const override { return false; }
   void begin_frame(Commands& commands) override;
   void end_pass(Commands& commands, int preparation) override;
@@ -24,7 +27,8 @@ class WssrHashIntegrator final : public Integrator {
   IntegratorContext context_;
   ReuseParams params_;
   std::unique_ptr<Buffer> wanted_, visited_;  // for each path
-  Queue missing_;                             // paths whose cell is not there
+  int preparations_ = 0;
+  Queue missing_;  // paths whose cell is not there
   const Kernel& request_;
   const Kernel& update_;
   const Kernel& insert_;

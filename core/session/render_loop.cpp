@@ -89,9 +89,8 @@ void RenderLoop::choose_wave() {
   const std::uint32_t light_samples = resolve_reuse(settings_).light_samples;
   std::uint64_t capacity = small ? kHostWave : std::max(kDeviceWave / light_samples, kHostWave);
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
-  const std::uint64_t fits =
-      std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
-      wave_bytes_per_path(light_samples, film_.layout());
+  const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
+                             wave_bytes_per_path(light_samples, film_.layout());
   capacity = std::min<std::uint64_t>(capacity, 65535u * HW_GROUP_SIZE / light_samples);  // queue_prepare.comp
   capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples});
   capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
@@ -218,12 +217,14 @@ void RenderLoop::report(const Commands& commands) {
 bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation,
                       SampleCounts& counts) {
   Wave& wave = *wave_;
-  const std::uint32_t pixels = film_.width() * film_.height();
+  const std::uint32_t each = preparation < 0 ? 1 : integrator.preparation_pixels();
+  const std::uint32_t pixels = (film_.width() * film_.height() + each - 1) / each;
   const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / per_wave);
   integrator.begin_pass(commands);
   for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
     FrameParams& p = wave.params();
     p.first_pixel = first;
+    p.pixels_a_path = each;
     p.wave_pixels = std::min(wave_pixels, pixels - first);
     p.wave_samples = per_wave;
     p.first_sample = settings_.first_sample + counts.samples;

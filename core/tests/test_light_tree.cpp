@@ -122,7 +122,8 @@ void check_structure(const Lights& lights, const LightTree& t) {
       const std::uint32_t light = t.order[place];
       const LightBounds b = light_bounds(lights.records[light], lights.weights[light], 10);
       if ((n.bounds.strength & HW_LIGHT_TREE_DISTANT) != 0) {
-        inside &= b.distant && std::acos(glm::clamp(dot(glm::normalize(middle), b.axis), -1.0f, 1.0f)) <= theta_o + 2e-3f;
+        inside &=
+            b.distant && std::acos(glm::clamp(dot(glm::normalize(middle), b.axis), -1.0f, 1.0f)) <= theta_o + 2e-3f;
         continue;
       }
       const float off = std::acos(glm::clamp(dot(axis, b.axis), -1.0f, 1.0f));
@@ -130,7 +131,8 @@ void check_structure(const Lights& lights, const LightTree& t) {
       inside &= b.distant || (other_way ? std::min(off, HW_PI - off) : off) <= theta_o + 2e-3f;
       if (b.distant) continue;
       for (const vec3 corner : {b.low, b.high, vec3(b.low.x, b.high.y, b.low.z)})
-        inside &= glm::distance(glm::dvec3(corner), glm::dvec3(middle)) <= radius * (1 + 1e-5) + 1e-5 * glm::length(middle);
+        inside &=
+            glm::distance(glm::dvec3(corner), glm::dvec3(middle)) <= radius * (1 + 1e-5) + 1e-5 * glm::length(middle);
     }
   }
   CHECK(nested);

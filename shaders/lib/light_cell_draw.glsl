@@ -24,6 +24,7 @@ void light_cell_enter(uint path, PathState state, SurfacePoint point, uint sampl
   light_cell_teaches = brightness > 0.0 ? 1.0 / brightness : 0.0;
   LightCellKey key = light_cell_of(state, point);
   light_cell_here = light_cell_find(key);
+  light_cell_all = 0.0;
   UintBuffer(HW_CELLS.visited).at[path] = light_cell_here;
   if (light_cell_here == HW_NONE) {
     uint bucket = light_cell_bucket(key);
@@ -35,7 +36,6 @@ void light_cell_enter(uint path, PathState state, SurfacePoint point, uint sampl
   LightCellArray cells = LightCellArray(HW_CELLS.cells);
   atomicAdd(cells.at[light_cell_here].samples, samples);
   cells.at[light_cell_here].used = HW_CELLS.pass;
-  light_cell_all = 0.0;
   [[unroll]] for (uint k = 0u; k < HW_LIGHT_CELL_SLOTS; ++k) {
     light_cell_all += light_cell_expected(light_cell_here, k, light_cell_receiver);
     light_cell_upto[k] = light_cell_all;
@@ -43,13 +43,13 @@ void light_cell_enter(uint path, PathState state, SurfacePoint point, uint sampl
   light_cell_expects = fixed_from_float(light_cell_all / float(samples), HW_CELLS.fixed_exponent);
 }
 
-// A light with u in [0, 1): its index, its probability, and the slot it is in; HW_NONE with pdf 0: none.
+// A light with u in [0, 1): its index, its probability, and the slot it is in; HW_NONE with pdf 0: none. Without a cell it
+// is the tree's: the walk down is the same code, which drivers that run both sides of a branch would else run twice.
 uint light_cell_draw(float u, out float pdf, out uint slot) {
-  slot = 0u;
-  if (light_cell_here == HW_NONE) return light_tree_draw(light_tree_tables(), 0u, light_cell_receiver, u, pdf);
-  pdf = 0.0;
+  bool known = light_cell_here != HW_NONE;
   float at = u * light_cell_all;
   float below = 0.0, above = light_cell_all;
+  slot = 0u;
   [[unroll]] for (uint k = 0u; k < HW_LIGHT_CELL_SLOTS - 1u; ++k) {
     bool past = at >= light_cell_upto[k];
     slot += past ? 1u : 0u;
@@ -57,12 +57,16 @@ uint light_cell_draw(float u, out float pdf, out uint slot) {
     above = past ? above : min(above, light_cell_upto[k]);
   }
   float expected = above - below;
-  if (!(expected > 0.0)) return HW_NONE;
-  LightCellArray cells = LightCellArray(HW_CELLS.cells);
-  atomicAdd(cells.at[light_cell_here].sum_expected[slot], light_cell_expects);
-  u = clamp((at - below) / expected, 0.0, 0.99999994);
-  uint light = light_tree_draw(light_tree_tables(), cells.at[light_cell_here].node[slot], light_cell_receiver, u, pdf);
-  pdf *= expected / light_cell_all;
-  return light;
+  uint node = 0u;
+  if (known) {
+    LightCellArray cells = LightCellArray(HW_CELLS.cells);
+    if (expected > 0.0) atomicAdd(cells.at[light_cell_here].sum_expected[slot], light_cell_expects);
+    node = cells.at[light_cell_here].node[slot];
+    u = clamp((at - below) / max(expected, 1e-30), 0.0, 0.99999994);
+  }
+  uint light = light_tree_draw(light_tree_tables(), node, light_cell_receiver, u, pdf);
+  float chance = known ? (expected > 0.0 ? expected / light_cell_all : 0.0) : 1.0;
+  pdf *= chance;
+  return pdf > 0.0 ? light : HW_NONE;
 }
 #endif

@@ -75,7 +75,8 @@ HW_FN vec3 light_tree_middle(HW_IN(LightTreeBounds) b, HW_IN(LightTreeScale) sca
 HW_FN float light_tree_power(HW_IN(LightTreeBounds) b) { return upper_float_low(b.strength & 0x7FFFu); }
 HW_FN float light_tree_radius(HW_IN(LightTreeBounds) b) { return upper_float_high(b.strength); }
 HW_FN vec3 light_tree_axis(HW_IN(LightTreeBounds) b) {
-  return octahedral_direction(vec2(float(b.cone & 0xFFu), float((b.cone >> 8u) & 0xFFu)) * (1.0f / 127.5f) - vec2(1.0f));
+  return octahedral_direction(vec2(float(b.cone & 0xFFu), float((b.cone >> 8u) & 0xFFu)) * (1.0f / 127.5f) -
+                              vec2(1.0f));
 }
 
 // Below this cosine light arrives or leaves at no angle that counts; bounds are widened by as much, so that rounding
@@ -173,8 +174,8 @@ HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTr
   return HW_LIGHT_TREE_UINT(tree.order, links.y);
 }
 
-// The chance with which light_tree_draw gives `light`, which is below `node`: the same numbers in the same order. 0 for a
-// light that can't be chosen.
+// The chance with which light_tree_draw gives `light`, which is below `node`: the same numbers in the same order. 0 for
+// a light that can't be chosen.
 HW_FN float light_tree_chance(HW_IN(LightTreeTables) tree, uint node, uint light, HW_IN(LightTreeReceiver) r) {
   uint position = HW_LIGHT_TREE_UINT(tree.position, light);
   if (position == HW_NONE) {

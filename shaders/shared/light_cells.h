@@ -38,8 +38,8 @@ HW_CONST uint HW_LIGHT_CELL_BYTES = 2080u;
 HW_CHECK_SIZE(LightCell, HW_LIGHT_CELL_BYTES)
 HW_CHECK_OFFSET(LightCell, slot, 0u)
 
-// A cell that a surface looked for in vain, or that its bucket is asked to take in with the next update: of all that are
-// asked for, the one of the least tag.
+// A cell that a surface looked for in vain, or that its bucket is asked to take in with the next update: of all that
+// are asked for, the one of the least tag.
 struct LightCellRequest {
   uint tag;  // HW_NONE: none
   uint bucket;

@@ -20,7 +20,8 @@ HW_CONST float HW_LIGHT_TREE_UNBOUNDED = 1e18f;
 // strength  low half: power, the upper half of a float, whose sign says distant. The sum over lights of the largest
 //           radiant intensity [W sr^-1], of distant ones of irradiance [W m^-2], all times one factor that keeps them
 //           in range. High half: radius of the sphere, likewise [m].
-// cone      two bytes: axis of emission, octahedral, of [-1, 1] each (distant: towards the light). Two bytes: sin(theta / 2) * 255 of
+// cone      two bytes: axis of emission, octahedral, of [-1, 1] each (distant: towards the light). Two bytes: sin(theta
+// / 2) * 255 of
 //           theta_o (of normals about the axis; distant: of directions) and of theta_e (of emission about a normal).
 struct LightTreeBounds {
   uint place_low, place_high;

@@ -89,7 +89,8 @@ HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could
 HW_CONST uint HW_SURFACE_GLOSSY = 512u;       // most of it is a sharp reflection
 
 // What a shadow ray carries: added to the path's result where it arrives. Shadow ray `number` of a path, of
-// FrameParams::light_samples that it has places for, lies at path * light_samples + number, as do its ray and its result.
+// FrameParams::light_samples that it has places for, lies at path * light_samples + number, as do its ray and its
+// result.
 struct ShadowState {
   vec3 radiance;  // throughput * f * cos * Le / pdf * MIS weight; without Le until light_program.comp has run
   uint bounce;    // scatterings before the light, this one included
@@ -154,7 +155,7 @@ struct FrameParams {
   float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
   uint frame_flags;                                    // HW_FRAME_*
   uint light_samples;                                  // at the first surface of a path
-  uint pad;
+  uint pixels_a_path;                                  // above 1: a path for one pixel of so many, drawn at random
   ReuseFrame reuse;
   LightCellFrame light_cells;  // wssr-hash
 };

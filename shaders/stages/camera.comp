@@ -16,6 +16,10 @@ void main() {
 
   uint pixel = HW_FRAME.first_pixel + path / HW_FRAME.wave_samples;
   uint index = HW_FRAME.first_sample + path % HW_FRAME.wave_samples;
+  if (HW_FRAME.pixels_a_path > 1u) {
+    uint among = sampler_hash(sampler_hash_combine(pixel, HW_FRAME.seed)) % HW_FRAME.pixels_a_path;
+    pixel = min(pixel * HW_FRAME.pixels_a_path + among, HW_FRAME.region_width * HW_FRAME.region_height - 1u);
+  }
   uint x = HW_FRAME.region_x + pixel % HW_FRAME.region_width;
   uint y = HW_FRAME.region_y + pixel / HW_FRAME.region_width;
   uint hash = sampler_pixel_hash(x, y);
