@@ -2,6 +2,8 @@
 // Registry of integrators by name.
 #include "integrators/integrator.h"
 
+#include <algorithm>
+
 #include "integrators/path.h"
 #include "integrators/restir.h"
 #include "integrators/wssr.h"
@@ -26,6 +28,11 @@ std::vector<std::string> integrator_names() {
 
 bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count) {
   return settings.integrator == "path" || light_count < kFewLights;
+}
+
+std::uint32_t light_samples(const RenderSettings& settings, std::uint32_t light_count) {
+  const std::uint32_t wanted = resolve_reuse(settings).light_samples;
+  return settings.reuse.light_samples ? wanted : std::min(wanted, std::max(light_count, 1u));
 }
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {

@@ -74,5 +74,8 @@ class Integrator {
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context);
 // Whether it is `path`, with so many lights in the table.
 bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count);
+// Light samples of what the camera sees first: as many as were asked for, else the integrator's default, but no more
+// than there are lights: of one light, several cost more than they gain (docs/measurements/wssr_hash.md).
+std::uint32_t light_samples(const RenderSettings& settings, std::uint32_t light_count);
 
 }  // namespace hw

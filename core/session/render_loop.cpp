@@ -86,7 +86,7 @@ void RenderLoop::choose_wave() {
   Device& device = *context_.device;
   const std::uint64_t pixels = std::uint64_t(film_.width()) * film_.height();
   const bool small = device.shared_memory() || device.info().kind == "cpu";
-  const std::uint32_t light_samples = resolve_reuse(settings_).light_samples;
+  const std::uint32_t light_samples = hw::light_samples(settings_, tables_.root().light_count);
   std::uint64_t capacity = small ? kHostWave : std::max(kDeviceWave / light_samples, kHostWave);
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
   const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
