@@ -434,6 +434,81 @@ def test_lights(tmp_path):
     assert facts["again"] == []
 
 
+def test_of_many_lamps_only_those_that_changed_are_sent(tmp_path):
+    facts = synced(
+        """
+        lamp = bpy.data.objects["Light"]
+        holder = add("holder", [(x, 0, 1) for x in range(200)], [])
+        holder.instance_type = "VERTS"
+        inner = bpy.data.objects.new("Inner", bpy.data.lights.new("Inner", "SPOT"))
+        scene.collection.objects.link(inner)
+        inner.parent = holder
+        calls = []
+        for name in ("upsert_lights", "remove_lights"):
+            def counted(*arguments, call=getattr(fake, name), name=name, **settings):
+                calls.append([name, len(arguments[0])])
+                call(*arguments, **settings)
+            setattr(fake, name, counted)
+        def step(name, edit=lambda: None):
+            edit()
+            calls.clear()
+            sync()
+            where = sorted(round(float(l["matrix"][0][3]), 3) for l in fake.named("lights", "Inner"))
+            wanted = sorted(round(v.co.x, 3) for v in holder.data.vertices if v.co.x == v.co.x)
+            show(**{name: [sorted(calls), where == sorted([0.0, *wanted])]})  # Blender shows the child itself too
+        def moved():
+            for i in (3, 70, 199): holder.data.vertices[i].co.x += 0.5
+            holder.data.update()
+        def grown():
+            holder.data.vertices.add(5); holder.data.update()
+        def shrunk():
+            kept = [v.co.copy() for v in holder.data.vertices][:190]
+            holder.data.clear_geometry(); holder.data.from_pydata(kept, [], []); holder.data.update()
+        def lost():
+            holder.data.vertices[5].co.x = float("nan"); holder.data.update()
+        step("first"); step("again"); step("moved", moved); step("grown", grown)
+        before = set(fake.lights)
+        step("shrunk", shrunk)
+        gone = before - set(fake.lights)
+        step("regrown", grown)
+        show(reused=len(gone & set(fake.lights)))
+        step("brighter", lambda: setattr(inner.data, "energy", 7))
+        step("lamp", lambda: setattr(lamp.location, "x", 1))
+        state.notes.take()
+        step("lost", lost)
+        show(notes=state.notes.take())
+        bpy.data.objects.remove(inner)
+        calls.clear(); sync(); show(gone=[sorted(calls), len(fake.lights)])
+        """,
+        tmp_path,
+    )
+    send, remove = "upsert_lights", "remove_lights"
+    assert facts["first"] == [[[send, 1], [send, 1], [send, 200]], True]
+    assert facts["again"] == [[], True]
+    assert facts["moved"] == [[[send, 3]], True]
+    assert facts["grown"] == [[[send, 5]], True]
+    assert facts["shrunk"] == [[[remove, 15]], True]
+    assert facts["regrown"] == [[[send, 5]], True]
+    assert facts["reused"] == 0, "what is kept over frames knows a lamp by its id"
+    assert facts["brighter"] == [[[send, 1], [send, 195]], True]
+    assert facts["lamp"] == [[[send, 1]], True]
+    assert facts["lost"] == [[[remove, 1]], True] and "Inner" in facts["notes"][0]
+    assert facts["gone"] == [[[remove, 1], [remove, 194]], 1]
+
+
+def test_a_refused_lamp_is_named(tmp_path):
+    facts = synced(
+        """
+        def refuse(*_, **__): raise core.SceneError("no more lamps")
+        fake.upsert_lights = refuse
+        try: sync()
+        except Exception as error: show(error=f"{type(error).__name__} {error}")
+        """,
+        tmp_path,
+    )
+    assert facts["error"] == "SyncError Light 'Light': no more lamps"
+
+
 def test_ray_visibility_of_object_and_instancer(tmp_path):
     facts = synced(
         """

@@ -142,6 +142,8 @@ class Scene {
   void upsert_instances(Id first_id, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
                         std::size_t count);
   void upsert_light(Id id, LightData light);
+  // Many lamps at once, alike but for their place: `matrices` holds 12 floats for each id.
+  void upsert_lights(std::span<const Id> ids, const LightData& shared, const float* matrices);
   void upsert_material(Id id, MaterialData material);
   void upsert_image(Id id, ImageData image);
   void set_world(WorldData world);
@@ -153,6 +155,7 @@ class Scene {
   void remove_instance(Id id);
   void remove_instances(Id first_id, std::size_t count);
   void remove_light(Id id);
+  void remove_lights(std::span<const Id> ids);
   void remove_material(Id id);
   void remove_image(Id id);
   bool has_mesh(Id id) const;

@@ -47,6 +47,27 @@ class Collected:
     shown: np.ndarray  # (N,) bool
     keys: np.ndarray  # (N,) uint64: persistent ids, hashed
 
+    def __post_init__(self):
+        self.finite = np.isfinite(self.matrices).all(axis=(1, 2))  # (N,) bool
+        order = np.argsort(self.index, kind="stable").astype(np.int32)
+        self._order = order[self.shown[order]]
+        self._bounds = np.searchsorted(self.index[self._order], np.arange(len(self.groups) + 1))
+
+    def members(self, number: int) -> np.ndarray:
+        """The instances of a group that are shown, in Blender's order."""
+        return self._order[self._bounds[number] : self._bounds[number + 1]]
+
+    def still(self, last: "Collected | None") -> np.ndarray:
+        """(G,) whether a group is the very one of the last sync, in the same place."""
+        count = len(self.groups)
+        if last is None or count != len(last.groups) or not np.array_equal(last.index, self.index):
+            return np.zeros(count, bool)
+        still = np.fromiter((a is b for a, b in zip(last.groups, self.groups, strict=True)), bool, count)
+        moved = (last.matrices != self.matrices).any(axis=(1, 2)) | (last.shown != self.shown)
+        moved |= (last.random_ids != self.random_ids) | (last.keys != self.keys)
+        still[self.index[moved & (self.index >= 0)]] = False
+        return still
+
 
 def _read(instances, count: int, prop: str, width: int, dtype) -> np.ndarray:
     values = np.empty(count * width, dtype)
@@ -173,23 +194,28 @@ class _Batch:
     moves: bool
 
 
+def find_rows(old_keys: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    """Where each key stood among the old ones, -1 for new ones. Keys that occur twice are found once."""
+    order = np.argsort(old_keys, kind="stable")
+    ranked = old_keys[order]
+    place = np.minimum(np.searchsorted(ranked, keys), max(len(ranked) - 1, 0))
+    found = ranked[place] == keys if len(ranked) else np.zeros(len(keys), bool)
+    rows = np.where(found, order[place] if len(ranked) else -1, -1)
+    _, first_use = np.unique(rows, return_index=True)
+    doubled = np.ones(len(keys), bool)
+    doubled[first_use] = False
+    rows[doubled] = -1
+    return rows
+
+
 def assign_slots(old_keys: np.ndarray, old_slots: np.ndarray, keys: np.ndarray, top: int) -> tuple[np.ndarray, int]:
     """Slots for instances: those known keep theirs (and with it their motion), new ones take free slots, then `top`.
 
     Returns the slot of each and the new count of slots. Keys that occur twice are told apart by their order only.
     """
+    rows = find_rows(old_keys, keys)
     slots = np.full(len(keys), -1, np.int64)
-    order = np.argsort(old_keys, kind="stable")
-    ranked = old_keys[order]
-    place = np.searchsorted(ranked, keys)
-    place_ok = place < len(ranked)
-    found = np.zeros(len(keys), bool)
-    found[place_ok] = ranked[place[place_ok]] == keys[place_ok]
-    slots[found] = old_slots[order[place[found]]]
-    _, first_use = np.unique(slots, return_index=True)
-    doubled = np.ones(len(keys), bool)
-    doubled[first_use] = False
-    slots[doubled] = -1
+    slots[rows >= 0] = old_slots[rows[rows >= 0]]
     missing = np.flatnonzero(slots < 0)
     free = np.setdiff1d(np.arange(top), slots[slots >= 0], assume_unique=True)[: len(missing)]
     slots[missing[: len(free)]] = free
@@ -205,23 +231,16 @@ class InstanceSync:
         self._scene, self._ids, self._notes = scene, ids, notes
         self._batches: dict[tuple, _Batch] = {}
         self.count = 0
-        self._last: Collected | None = None
 
     def send_early(self, group: Group, row: Row) -> None:
         """Sends an object's own instance before `sync` knows all of them, where that is of use."""
         if self._scene.early and group.mesh.triangles and np.isfinite(row.matrices).all():
             self._sync_batch(group.key, group, row.matrices, row.random_ids, row.keys)
 
-    def sync(self, collected: Collected, breathe) -> None:
-        """Sends what changed and removes what is gone."""
+    def sync(self, collected: Collected, still: np.ndarray, breathe) -> None:
+        """Sends what changed and removes what is gone. `still`: Collected.still of the last sync."""
         seen = set()
         self.count = 0
-        finite = np.isfinite(collected.matrices).all(axis=(1, 2))
-        drawn = collected.shown & (collected.index >= 0)
-        order = np.argsort(collected.index, kind="stable")
-        bounds = np.searchsorted(collected.index[order], np.arange(len(collected.groups) + 1))
-        still = self._still(collected)
-        self._last = None  # until all of it was sent
         for number, group in enumerate(collected.groups):
             if group.kind != "MESH" or group.mesh is None or not group.mesh.triangles:
                 continue
@@ -230,9 +249,8 @@ class InstanceSync:
                 self.count += len(self._batches[group.key].keys)
                 continue
             breathe()
-            members = order[bounds[number] : bounds[number + 1]]
-            members = members[drawn[members]]
-            good = members[finite[members]]
+            members = collected.members(number)
+            good = members[collected.finite[members]]
             if len(good) < len(members):
                 self._notes.add(f"Object '{group.name}' left out: its transform is no number", "Object", group.name)
             if not len(good):
@@ -245,18 +263,6 @@ class InstanceSync:
             self._sync_batch(key, group, collected.matrices[good], collected.random_ids[good], collected.keys[good])
         for key in [key for key in self._batches if key not in seen]:
             self._remove(key)
-        self._last = collected
-
-    def _still(self, collected: Collected) -> np.ndarray:
-        """(G,) whether a group is the very one of the last sync, in the same place."""
-        last, count = self._last, len(collected.groups)
-        if last is None or count != len(last.groups) or not np.array_equal(last.index, collected.index):
-            return np.zeros(count, bool)
-        still = np.fromiter((a is b for a, b in zip(last.groups, collected.groups, strict=True)), bool, count)
-        moved = (last.matrices != collected.matrices).any(axis=(1, 2)) | (last.shown != collected.shown)
-        moved |= (last.random_ids != collected.random_ids) | (last.keys != collected.keys)
-        still[collected.index[moved & (collected.index >= 0)]] = False
-        return still
 
     def _sync_batch(self, key, group: Group, matrices, random_ids, keys) -> None:
         batch = self._batches.get(key)

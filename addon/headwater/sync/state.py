@@ -72,6 +72,7 @@ class SceneSync:
         self.usable = True  # False: edits were forgotten, so the core's scene may lack what the parts believe it has
         self._complete = False
         self._last_edit = 0
+        self._last: instances.Collected | None = None  # what the core's instances and lamps are
         self._groups: dict[tuple[int, int], _KnownGroup | None] = {}  # by session_uid of object and instancer
         self._layers = None  # what layer collections said about their objects
 
@@ -127,7 +128,6 @@ class SceneSync:
 
     def _sync_objects(self, depsgraph, updates, space, breathe, times) -> dict:
         start, after_materials = times
-        self.lights.begin()
         frame = _Frame(self, updates, depsgraph.view_layer)
         layers = _layer_flags(depsgraph.view_layer.layer_collection)
         if layers != self._layers:
@@ -141,7 +141,9 @@ class SceneSync:
         self._groups = frame._remembered
         after_meshes = time.perf_counter()
 
-        self.instances.sync(collected, breathe)
+        still = collected.still(self._last)
+        self._last = None  # until all of it was sent
+        self.instances.sync(collected, still, breathe)
         self.images.send_decoded(breathe)
         self._edits.start_last()
         found = self.images.load(breathe)
@@ -150,14 +152,11 @@ class SceneSync:
         self.images.send(found)
         with naming("World", self.world.name):
             self.world.apply()
-        for number, group in enumerate(collected.groups):
-            if group.kind == "LIGHT":
-                self._place_lights(group, number, collected)
-        self.lights.remove_unseen()
+        self.lights.sync(collected, still)
         self.meshes.remove_unseen(self._sync)
         self.materials.remove_unseen()
         self.images.remove_unseen()
-        self._complete = True
+        self._complete, self._last = True, collected
         end = time.perf_counter()
         self.seconds = {
             "materials": after_materials - start,
@@ -174,13 +173,6 @@ class SceneSync:
             "meshes_uploaded": self.meshes.uploaded,
             "early": _sum(self._edits.built),
         }
-
-    def _place_lights(self, group: Group, number: int, collected) -> None:
-        for i in ((collected.index == number) & collected.shown).nonzero()[0]:
-            with naming("Light", group.name):
-                self.lights.place(
-                    (*group.key, int(collected.keys[i])), group.name, group.settings, collected.matrices[i]
-                )
 
 
 def _sum(reports: list[dict]) -> dict:
