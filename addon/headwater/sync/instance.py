@@ -46,6 +46,10 @@ class Collected:
     random_ids: np.ndarray  # (N,) uint32
     shown: np.ndarray  # (N,) bool
     keys: np.ndarray  # (N,) uint64: persistent ids, hashed
+    # session_uids: of objects that no instancer made, with their row and name, None where there are several rows; of
+    # instancers and of what they made
+    alone: dict[int, tuple[int, str] | None] = field(default_factory=dict)
+    involved: set[int] = field(default_factory=set)
 
     def __post_init__(self):
         self.finite = np.isfinite(self.matrices).all(axis=(1, 2))  # (N,) bool
@@ -57,6 +61,18 @@ class Collected:
         """The instances of a group that are shown, in Blender's order."""
         return self._order[self._bounds[number] : self._bounds[number + 1]]
 
+    def row(self, row: int) -> Row:
+        return _row(self.matrices, self.random_ids, self.keys, row)
+
+    def move(self, row: int, matrix, random_id: int, group: Group) -> int:
+        """An object's own instance elsewhere, with what else there is to say of it now. Returns its group's number."""
+        self.matrices[row] = np.array(matrix, np.float32)[:3]
+        self.finite[row] = np.isfinite(self.matrices[row]).all()
+        self.random_ids[row] = random_id
+        number = int(self.index[row])
+        self.groups[number] = group
+        return number
+
     def still(self, last: "Collected | None") -> np.ndarray:
         """(G,) whether a group is the very one of the last sync, in the same place."""
         count = len(self.groups)
@@ -67,6 +83,10 @@ class Collected:
         moved |= (last.random_ids != self.random_ids) | (last.keys != self.keys)
         still[self.index[moved & (self.index >= 0)]] = False
         return still
+
+
+def _row(matrices, random_ids, keys, row: int) -> Row:
+    return Row(matrices[row : row + 1], random_ids[row : row + 1], keys[row : row + 1])
 
 
 def _read(instances, count: int, prop: str, width: int, dtype) -> np.ndarray:
@@ -120,6 +140,9 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
     index = np.empty(count, np.int32)
     groups: list[Group] = []
     known: dict[tuple, int] = {}
+    alone: dict[int, tuple[int, str] | None] = {}
+    involved: set[int] = set()
+    noted: set[tuple] = set()  # of those whose uids are in `involved`
     for i, instance in enumerate(instances):
         if i % BREATHE_EVERY == 0:
             breathe()
@@ -136,6 +159,12 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
         )
         group = known.get(where)
         if group is None:
+            if parent is None:
+                uid = obj.original.session_uid
+                alone[uid] = (i, obj.name) if uid not in alone else None
+            elif where not in noted:
+                noted.add(where)
+                involved.update((obj.original.session_uid, parent.original.session_uid))
             if not shown[i] or data is None:
                 # Decided by the first instance that is shown.
                 index[i] = -1
@@ -145,10 +174,9 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
                 continue
             breathe()
             group = known[where] = len(groups)
-            row = Row(matrices[i : i + 1], random_ids[i : i + 1], keys[i : i + 1])
-            groups.append(enter(row, obj, data, parent))
+            groups.append(enter(_row(matrices, random_ids, keys, i), obj, data, parent))
         index[i] = group
-    return Collected(groups, index, matrices, random_ids, shown, keys)
+    return Collected(groups, index, matrices, random_ids, shown, keys, alone, involved)
 
 
 def ray_visibility(obj, parent) -> dict[str, bool]:
@@ -235,7 +263,8 @@ class InstanceSync:
     def send_early(self, group: Group, row: Row) -> None:
         """Sends an object's own instance before `sync` knows all of them, where that is of use."""
         if self._scene.early and group.mesh.triangles and np.isfinite(row.matrices).all():
-            self._sync_batch(group.key, group, row.matrices, row.random_ids, row.keys)
+            # Copies: the rows may change with the next sync.
+            self._sync_batch(group.key, group, row.matrices.copy(), row.random_ids.copy(), row.keys.copy())
 
     def sync(self, collected: Collected, still: np.ndarray, breathe) -> None:
         """Sends what changed and removes what is gone. `still`: Collected.still of the last sync."""
