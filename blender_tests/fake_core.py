@@ -80,7 +80,8 @@ class Scene:
             assert len(values) >= sizes[domain]
         assert -1 <= default_uv < len(attributes) <= 8
         self.meshes[id] = dict(name=name, positions=positions.copy(), tri_vertices=tri_vertices.copy(), normals=normals,
-                               tri_slots=tri_slots, attributes={a[0]: a for a in attributes}, default_uv=default_uv,
+                               tri_slots=tri_slots, tri_corners=tri_corners,
+                               attributes={a[0]: a for a in attributes}, default_uv=default_uv,
                                triangles=count)  # fmt: skip
         self.log.append(("mesh", id))
 

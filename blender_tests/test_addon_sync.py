@@ -85,6 +85,64 @@ def test_triangles_cover_faces_of_any_size(tmp_path):
     assert facts["ngon"] == pytest.approx(facts["wanted"], rel=1e-5)
 
 
+def test_normals_are_sent_one_a_vertex_where_corners_have_nothing_of_their_own(tmp_path):
+    facts = synced(
+        """
+        def sphere(name, smooth=True, uv=False, sharp=False):
+            bpy.ops.mesh.primitive_uv_sphere_add()
+            made = bpy.context.object
+            made.name, mesh = name, made.data
+            if not uv: mesh.uv_layers.remove(mesh.uv_layers[0])
+            mesh.shade_smooth() if smooth else mesh.shade_flat()
+            if sharp: mesh.edges[40].use_edge_sharp = True
+            mesh.update()
+            return made
+        made = [sphere("smooth"), sphere("flat", smooth=False), sphere("uv", uv=True), sphere("sharp", sharp=True),
+                sphere("custom")]
+        custom = made[-1].data
+        custom.normals_split_custom_set([(0, 0, 1)] * len(custom.loops))
+        sync()
+        for obj in made:
+            mesh, sent = obj.data, mesh_of(obj.name)
+            shape = None if sent["normals"] is None else len(sent["normals"])
+            corners = sent["tri_corners"] if sent["tri_corners"] is not None else sent["tri_vertices"]
+            wanted = np.array([mesh.corner_normals[i].vector for t in mesh.loop_triangles for i in t.loops])
+            off = None if shape is None else float(abs(sent["normals"][corners].reshape(-1, 3) - wanted).max())
+            show(**{obj.name: [shape == len(mesh.vertices), shape == len(mesh.loops), sent["tri_corners"] is None, off]})
+        """,
+        tmp_path,
+    )
+    assert facts["smooth"] == [True, False, True, 0]
+    assert facts["flat"] == [False, False, True, None]
+    for name in ("uv", "sharp", "custom"):
+        assert facts[name] == [False, True, False, 0]
+
+
+def test_arrays_are_read_in_place_only_where_they_lie_one_behind_the_other(tmp_path):
+    facts = run(
+        """
+        from headwater_addon.sync.arrays import in_place
+        bpy.ops.mesh.primitive_uv_sphere_add(); mesh = bpy.context.object.data
+        triangles = mesh.loop_triangles
+        count = len(triangles)
+        read = np.empty((count, 3), np.int32); triangles.foreach_get("loops", read.reshape(-1))
+        found = in_place(triangles, "loops", count, 3, np.int32)
+        show(same=bool(np.array_equal(found, read)), locked=not found.flags.writeable)
+        class Triangle:
+            def __init__(self, at, loops): self.at, self.loops = at, loops
+            def as_pointer(self): return self.at
+        start = triangles[0].as_pointer()
+        apart = [Triangle(start + 24 * i, tuple(read[i])) for i in range(count)]
+        others = [Triangle(start + 12 * i, (7, 7, 7) if i == count - 1 else tuple(read[i])) for i in range(count)]
+        right = [Triangle(start + 12 * i, tuple(read[i])) for i in range(count)]
+        show(kinds=[in_place(c, "loops", count, 3, np.int32) is None for c in (apart, others, right)])
+        """,
+        tmp_path,
+    )
+    assert facts["same"] and facts["locked"]
+    assert facts["kinds"] == [True, True, False]
+
+
 def test_material_slots_linked_to_object_or_data(tmp_path):
     facts = synced(
         """

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..nodes.tree import GENERATED
+from . import arrays
 from .tangents import corner_tangents, face_normals
 
 MAX_ATTRIBUTES = 8  # HW_MAX_ATTRIBUTES of the core
@@ -161,6 +162,21 @@ class _Reader:
         self.mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
         return normals
 
+    def shading_normals(self) -> tuple[np.ndarray | None, bool]:
+        """Normals (C, 3), or None where all faces are flat; whether they are one a vertex and not one a corner.
+
+        One a vertex where no edge is sharp and nothing else is said corner by corner: a third of the memory.
+        """
+        mesh = self.mesh
+        if mesh.normals_domain == "FACE":
+            return None, False
+        corner_wise = self.tangents or any(domain == "corner" for _, domain, _ in self.attributes)
+        if mesh.normals_domain != "POINT" or mesh.has_custom_normals or corner_wise:
+            return self.normals(), False
+        normals = np.empty((self.vertices, 3), np.float32)
+        mesh.vertex_normals.foreach_get("vector", normals.reshape(-1))
+        return normals, True
+
     def tangent_attributes(self, vertices: np.ndarray, corners: np.ndarray, normals: np.ndarray | None) -> list[tuple]:
         """Tangents that materials ask for, as corner attributes. vertices, corners: (T, 3)."""
         found = []
@@ -184,13 +200,18 @@ class _Reader:
         return found
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """Corners of the triangles (T, 3), and the face of each or None where triangle i is face i."""
+        """Corners of the triangles (T, 3), and the face of each or None where triangle i is face i.
+
+        Corners that belong to Blender are not writeable: to be copied where they are kept.
+        """
         if self.corners == 3 * self.faces:
             return _in_order(self.corners).reshape(-1, 3), None
         triangles = self.mesh.loop_triangles
         count = len(triangles)
-        corners = np.empty((count, 3), np.int32)
-        triangles.foreach_get("loops", corners.reshape(-1))
+        corners = arrays.in_place(triangles, "loops", count, 3, np.int32) if count else None
+        if corners is None:
+            corners = np.empty((count, 3), np.int32)
+            triangles.foreach_get("loops", corners.reshape(-1))
         faces = np.empty(count, np.int32)
         self.mesh.loop_triangle_polygons.foreach_get("value", faces)
         return corners.view(np.uint32), faces
@@ -269,7 +290,7 @@ class MeshSync:
         )
         slots = _slots(reader, faces, slot_count)
         positions = reader.positions
-        normals = None if mesh.normals_domain == "FACE" else reader.normals()
+        normals, at_vertices = reader.shading_normals()
         attributes = reader.attributes + reader.tangent_attributes(vertices, corners, normals)
         if faces is not None:
             attributes = [
@@ -290,6 +311,10 @@ class MeshSync:
             if not len(vertices):
                 return 0
         names = [name for name, _, _ in attributes]
+        if (normals is None or at_vertices) and all(domain != "corner" for _, domain, _ in attributes):
+            corners = None
+        elif faces is not None and not corners.flags.writeable:
+            corners = corners.copy()
         self._scene.upsert_mesh(
             record.id,
             mesh.name,
