@@ -171,7 +171,7 @@ class _Reader:
         if mesh.normals_domain == "FACE":
             return None, False
         corner_wise = self.tangents or any(domain == "corner" for _, domain, _ in self.attributes)
-        if mesh.normals_domain != "POINT" or mesh.has_custom_normals or corner_wise:
+        if mesh.normals_domain != "POINT" or corner_wise:
             return self.normals(), False
         normals = np.empty((self.vertices, 3), np.float32)
         mesh.vertex_normals.foreach_get("vector", normals.reshape(-1))
