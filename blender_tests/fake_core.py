@@ -193,6 +193,7 @@ class Context:
             raise RuntimeError(f"no device is called '{device}'; there are: Fake")
         self.device, self.tracer, self.threads = {"name": "Fake"}, tracer, threads
         self.memory = self.peak_memory = self.validation_messages = 0
+        self.shared_memory = False
 
     def set_memory_limit(self, size):
         self.limit = size

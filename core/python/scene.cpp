@@ -208,6 +208,9 @@ void bind_geometry(nb::class_<Scene>& scene) {
            "lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the "
            "mesh is\n"
            "    on a device that shares the host's memory, or is set or removed.")
+      .def("keep_lent", &Scene::keep_lent,
+           "Copies the arrays that meshes were lent and that are not on a device yet: they may then be written to and "
+           "freed.")
       .def("remove_mesh", &Scene::remove_mesh, "id"_a, "Removes a mesh. SceneError while an instance uses it.")
       .def("has_mesh", &Scene::has_mesh, "id"_a, "Whether there is a mesh of this id.")
       .def(

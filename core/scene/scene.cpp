@@ -104,6 +104,23 @@ void Scene::upsert_mesh(Id id, MeshData mesh) {
 
 std::vector<std::shared_ptr<const void>> Scene::take_done_keepers() { return std::exchange(impl_->done_keepers, {}); }
 
+void Scene::keep_lent() {
+  const auto copy = [](auto& to, const auto& from) {
+    if (from.data() != to.data()) to.assign(from.begin(), from.end());  // what was repaired is a copy already
+  };
+  for (auto& [id, entry] : impl_->meshes) {
+    if (!entry.data.keeper) continue;
+    MeshData& data = entry.data;
+    copy(data.positions, entry.arrays.positions), copy(data.normals, entry.arrays.normals);
+    copy(data.tri_vertices, entry.arrays.tri_vertices), copy(data.tri_corners, entry.arrays.tri_corners);
+    copy(data.tri_slots, entry.arrays.tri_slots);
+    for (std::size_t i = 0; i < data.attributes.size(); ++i) copy(data.attributes[i].data, entry.arrays.attributes[i]);
+    entry.arrays = mesh_views(data);
+    entry.revision = impl_->revision++;  // a Tracer may have been given the arrays
+    impl_->done_keepers.push_back(std::move(data.keeper));
+  }
+}
+
 void Scene::upsert_instance(Id id, InstanceData instance) {
   const Matrix34 matrix = instance.object_to_world;
   upsert_instances(id, instance, matrix.data(), nullptr, 1);

@@ -151,6 +151,8 @@ class Scene {
   // The keepers of lent arrays that are read no more. They end here and not beside the work, because the end of a
   // keeper may have to wait for others.
   std::vector<std::shared_ptr<const void>> take_done_keepers();
+  // Copies the meshes' arrays that were lent and are still read, as no device has them: who lent them may free them.
+  void keep_lent();
   void remove_mesh(Id id);  // throws while an instance uses it
   void remove_instance(Id id);
   void remove_instances(Id first_id, std::size_t count);

@@ -89,6 +89,7 @@ class SceneSync:
         next_frame=False,
         once=False,
         build=None,
+        borrow=False,
         updates=None,
         space=None,
     ) -> dict:
@@ -98,6 +99,8 @@ class SceneSync:
         `next_frame`: nothing but time has passed since the last sync. `once`: there will be no other.
         `build()`: Session.sync. On the first sync it is called on another thread while Blender's data is read, and the
         result's "early" is the sum of what it returned (seconds that lie within the export's).
+        `borrow`: what `build` takes onto the device it need not have as a copy, as where the device shares the host's
+        memory: meshes' arrays are read where Blender has them.
         `updates`: what changed, in place of what the graph says now. `space`: the 3D viewport that decides what is
         seen, besides the scene.
         `breathe()` is called often and may raise Cancelled; the next sync then compares everything, or is another
@@ -113,6 +116,7 @@ class SceneSync:
         # With nothing synced before, further commits in this frame cannot take motion away.
         self._edits.begin(build if self._sync == 1 else None)
         self.meshes.uploaded, self.meshes.compare = 0, not once
+        self.meshes.borrow = borrow and self._edits.early
         view_layer = depsgraph.view_layer_eval
         self.images.begin(updates)
         self.materials.begin(updates, view_layer.material_override)
@@ -133,6 +137,9 @@ class SceneSync:
             self._edits.abandon()
             self.images.abandon()
             raise
+        finally:
+            if self.meshes.borrow:
+                self.scene.keep_lent()  # what is not on the device yet: Blender may free it from now on
 
     def _send(self, collected, still, walked: bool, space, breathe, times) -> dict:
         """Sends what `_walk` or `_moved` found."""
@@ -334,7 +341,7 @@ class _Frame:
         record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
         if record is None and data.is_editmode:
             # A file saved in edit mode: the data is a shell around the editor's mesh and has no arrays of its own.
-            record = state.meshes.upsert(key, obj.to_mesh(), slot_count, self._wanted, sync)
+            record = state.meshes.upsert(key, obj.to_mesh(), slot_count, self._wanted, sync, passing=True)
             obj.to_mesh_clear()
         elif record is None:
             record = state.meshes.upsert(key, data, slot_count, self._wanted, sync)
