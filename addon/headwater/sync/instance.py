@@ -11,7 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+# Kinds of rays: Blender's property of objects, the core's bit.
+_RAYS = {
+    "camera": ("visible_camera", "HW_MASK_CAMERA"),
+    "diffuse": ("visible_diffuse", "HW_MASK_DIFFUSE"),
+    "glossy": ("visible_glossy", "HW_MASK_GLOSSY"),
+    "transmission": ("visible_transmission", "HW_MASK_TRANSMISSION"),
+    "shadow": ("visible_shadow", "HW_MASK_SHADOW_OPAQUE"),
+}
 _WORD = 0xFFFFFFFF
 BREATHE_EVERY = 4096  # instances between two looks at Esc
 
@@ -181,19 +188,18 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
 
 def ray_visibility(obj, parent) -> dict[str, bool]:
     """Which kinds of rays see an object; an instancer's settings hold for its instances too, as in Cycles."""
-    seen = {ray: getattr(obj, f"visible_{ray}") for ray in _RAYS}
+    seen = {ray: getattr(obj, prop) for ray, (prop, _) in _RAYS.items()}
     if parent is not None:
-        seen = {ray: on and getattr(parent, f"visible_{ray}") for ray, on in seen.items()}
+        seen = {ray: on and getattr(parent, _RAYS[ray][0]) for ray, on in seen.items()}
     return seen
 
 
 def visibility_mask(seen: dict[str, bool], flags: dict) -> int:
     """HW_MASK_* of an object."""
-    names = {"shadow": "HW_MASK_SHADOW_OPAQUE"}
     mask = 0
     for ray, on in seen.items():
         if on:
-            mask |= flags[names.get(ray, f"HW_MASK_{ray.upper()}")]
+            mask |= flags[_RAYS[ray][1]]
     return mask
 
 
