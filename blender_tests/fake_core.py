@@ -80,7 +80,8 @@ class Scene:
             assert len(values) >= sizes[domain]
         assert -1 <= default_uv < len(attributes) <= 8
         self.meshes[id] = dict(name=name, positions=positions.copy(), tri_vertices=tri_vertices.copy(), normals=normals,
-                               tri_slots=tri_slots, attributes={a[0]: a for a in attributes}, default_uv=default_uv,
+                               tri_slots=tri_slots, tri_corners=tri_corners,
+                               attributes={a[0]: a for a in attributes}, default_uv=default_uv,
                                triangles=count)  # fmt: skip
         self.log.append(("mesh", id))
 
@@ -112,16 +113,18 @@ class Scene:
             self._instance(first_id + i, mesh, matrix, dict(settings, random_id=int(random_ids[i])))
         self.log.append(("instances", first_id))
 
-    def upsert_light(self, id, name, kind, matrix, *, color, power, flags, normalize=True, **shape):
+    def upsert_lights(self, ids, name, kind, matrices, *, color, power, flags, normalize=True, **shape):
         allowed = {
             "point": {"radius"}, "spot": {"radius", "spot_size", "spot_blend"}, "sun": {"angle"},
             "area": {"size_x", "size_y", "ellipse", "spread"},
         }  # fmt: skip
         assert set(shape) <= allowed[kind], (kind, shape)
-        _array(name, matrix, np.float32, 3, 4)
-        self.lights[id] = dict(shape, name=name, kind=kind, matrix=matrix.copy(), color=color, power=power, flags=flags,
-                               normalize=normalize)  # fmt: skip
-        self.log.append(("light", id))
+        _array(name, ids, np.uint64, None)
+        _array(name, matrices, np.float32, len(ids), 3, 4)
+        for id, matrix in zip(ids.tolist(), matrices, strict=True):
+            self.lights[id] = dict(shape, name=name, kind=kind, matrix=matrix.copy(), color=color, power=power,
+                                   flags=flags, normalize=normalize)  # fmt: skip
+            self.log.append(("light", id))
 
     def upsert_material(self, id, name, program, constants, images=(), flags=0, emission=(0, 0, 0), pass_index=0):
         _array(name, program, np.uint32, None)
@@ -164,9 +167,11 @@ class Scene:
             del self.instances[first_id + i]
         self.log.append(("remove_instances", first_id))
 
-    def remove_light(self, id):
-        del self.lights[id]
-        self.log.append(("remove_light", id))
+    def remove_lights(self, ids):
+        _array("lights", ids, np.uint64, None)
+        for id in ids.tolist():
+            del self.lights[id]
+            self.log.append(("remove_light", id))
 
     def remove_material(self, id):
         assert not any(id in i["materials"] for i in self.instances.values()), "material in use"
@@ -188,6 +193,7 @@ class Context:
             raise RuntimeError(f"no device is called '{device}'; there are: Fake")
         self.device, self.tracer, self.threads = {"name": "Fake"}, tracer, threads
         self.memory = self.peak_memory = self.validation_messages = 0
+        self.shared_memory = False
 
     def set_memory_limit(self, size):
         self.limit = size

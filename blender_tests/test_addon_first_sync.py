@@ -291,3 +291,64 @@ show(kinds=[sorted({{name for name, _ in frame}}) for frame in core.sessions[-1]
     }
     assert len(facts["kinds"]) == 3
     assert facts["kinds"][1] == expected[edit] and facts["kinds"][2] == []
+
+
+def test_meshes_taken_from_where_blender_has_them_give_the_same_picture(tmp_path):
+    """Also after Blender wrote other numbers there: what the device did not take was copied when the sync ended."""
+    facts = run(
+        _TEXTURED
+        + """
+arrays = importlib.import_module(hb.MODULE + ".sync.arrays")
+state = importlib.import_module(hb.MODULE + ".sync.state")
+build.FIRST_BATCH, build.LAST_BATCH = 1000, 10**9  # the last meshes are built after the sync
+bpy.ops.mesh.primitive_cylinder_add(location=(2, 2, 0), vertices=64)  # faces of many corners
+bpy.context.object.data.shade_smooth()
+bpy.ops.mesh.primitive_torus_add(location=(-2, 2, 0), major_segments=60, minor_segments=60)
+torus = bpy.context.object.data
+for layer in list(torus.uv_layers): torus.uv_layers.remove(layer)
+torus.shade_smooth()
+bumps = tree.nodes.new("ShaderNodeNormalMap")
+tree.links.new(texture.outputs[0], bumps.inputs["Color"])
+tree.links.new(bumps.outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
+graph = bpy.context.evaluated_depsgraph_get()
+context = core.Context()
+meshes = [i.object.data for i in graph.object_instances if i.object.type == "MESH"]
+taken = []
+in_place = arrays.in_place
+def counted(*arguments):
+    found = in_place(*arguments)
+    taken.append(found is not None)
+    return found
+def picture(worth, borrow, spoil):
+    arrays.WORTH_BORROWING = worth
+    made = state.SceneSync(core)
+    session = core.Session(context, made.scene)
+    taken.clear()
+    made.sync(graph, False, once=True, build=session.sync, borrow=borrow)
+    count = sum(taken)
+    camera = graph.scene.camera.evaluated_get(graph)
+    from headwater_addon.render_settings import frame_of
+    made.camera.sync(graph, camera, scene.render, frame_of(scene.render))
+    if spoil:
+        for mesh in meshes:
+            mesh.vertices.foreach_set("co", np.full(3 * len(mesh.vertices), 7, np.float32))
+            for layer in mesh.uv_layers: layer.uv.foreach_set("vector", np.zeros(2 * len(mesh.loops), np.float32))
+    session.sync()
+    session.start(dict(width=32, height=24, samples=4, seed=1, passes=["Combined"]))
+    session.finish()
+    return session.read("Combined").copy(), count
+arrays.in_place = counted
+copied, few = picture(0, False, False)
+borrowed, many = picture(0, True, False)
+spoiled, _ = picture(0, True, True)
+show(same=[bool(np.array_equal(copied, other)) for other in (borrowed, spoiled)], bright=float(copied[..., :3].mean()),
+     counts=[few, many])
+""",
+        tmp_path,
+        fake=False,
+        timeout=300,
+    )
+    assert facts["bright"] > 0.02
+    assert facts["same"] == [True, True]
+    few, many = facts["counts"]
+    assert many > few + 15, "positions, corners, normals and UV maps"

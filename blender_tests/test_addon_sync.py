@@ -85,6 +85,70 @@ def test_triangles_cover_faces_of_any_size(tmp_path):
     assert facts["ngon"] == pytest.approx(facts["wanted"], rel=1e-5)
 
 
+def test_normals_are_sent_one_a_vertex_where_corners_have_nothing_of_their_own(tmp_path):
+    facts = synced(
+        """
+        def sphere(name, smooth=True, uv=False, sharp=False):
+            bpy.ops.mesh.primitive_uv_sphere_add()
+            made = bpy.context.object
+            made.name, mesh = name, made.data
+            if not uv: mesh.uv_layers.remove(mesh.uv_layers[0])
+            mesh.shade_smooth() if smooth else mesh.shade_flat()
+            if sharp: mesh.edges[40].use_edge_sharp = True
+            mesh.update()
+            return made
+        made = [sphere("smooth"), sphere("flat", smooth=False), sphere("uv", uv=True), sphere("sharp", sharp=True),
+                sphere("custom")]
+        custom = made[-1].data
+        custom.normals_split_custom_set([(0, 0, 1)] * len(custom.loops))
+        points = made[0].data
+        if bpy.app.version >= (5, 0):  # normals of one's own at vertices
+            own = points.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
+            own.data.foreach_set("vector", np.tile(np.float32([0, 0, 1]), len(points.vertices)))
+            points.update()
+        sync()
+        for obj in made:
+            mesh, sent = obj.data, mesh_of(obj.name)
+            shape = None if sent["normals"] is None else len(sent["normals"])
+            corners = sent["tri_corners"] if sent["tri_corners"] is not None else sent["tri_vertices"]
+            wanted = np.array([mesh.corner_normals[i].vector for t in mesh.loop_triangles for i in t.loops])
+            off = None if shape is None else float(abs(sent["normals"][corners].reshape(-1, 3) - wanted).max())
+            kinds = [shape == len(mesh.vertices), shape == len(mesh.loops), sent["tri_corners"] is None]
+            show(**{obj.name: [*kinds, off]}, domain=mesh.normals_domain)
+        """,
+        tmp_path,
+    )
+    assert facts["smooth"] == [True, False, True, 0]
+    assert facts["flat"] == [False, False, True, None]
+    for name in ("uv", "sharp", "custom"):
+        assert facts[name] == [False, True, False, 0]
+
+
+def test_arrays_are_read_in_place_only_where_they_lie_one_behind_the_other(tmp_path):
+    facts = run(
+        """
+        from headwater_addon.sync.arrays import in_place
+        bpy.ops.mesh.primitive_uv_sphere_add(); mesh = bpy.context.object.data
+        triangles = mesh.loop_triangles
+        count = len(triangles)
+        read = np.empty((count, 3), np.int32); triangles.foreach_get("loops", read.reshape(-1))
+        found = in_place(triangles, "loops", count, 3, np.int32)
+        show(same=bool(np.array_equal(found, read)), locked=not found.flags.writeable)
+        class Triangle:
+            def __init__(self, at, loops): self.at, self.loops = at, loops
+            def as_pointer(self): return self.at
+        start = triangles[0].as_pointer()
+        apart = [Triangle(start + 24 * i, tuple(read[i])) for i in range(count)]
+        others = [Triangle(start + 12 * i, (7, 7, 7) if i == count - 1 else tuple(read[i])) for i in range(count)]
+        right = [Triangle(start + 12 * i, tuple(read[i])) for i in range(count)]
+        show(kinds=[in_place(c, "loops", count, 3, np.int32) is None for c in (apart, others, right)])
+        """,
+        tmp_path,
+    )
+    assert facts["same"] and facts["locked"]
+    assert facts["kinds"] == [True, True, False]
+
+
 def test_material_slots_linked_to_object_or_data(tmp_path):
     facts = synced(
         """
@@ -432,6 +496,81 @@ def test_lights(tmp_path):
     assert "portal" not in lights
     assert facts["xs"] == [0, 1, 2] and len(lights["lamp"]) == 3
     assert facts["again"] == []
+
+
+def test_of_many_lamps_only_those_that_changed_are_sent(tmp_path):
+    facts = synced(
+        """
+        lamp = bpy.data.objects["Light"]
+        holder = add("holder", [(x, 0, 1) for x in range(200)], [])
+        holder.instance_type = "VERTS"
+        inner = bpy.data.objects.new("Inner", bpy.data.lights.new("Inner", "SPOT"))
+        scene.collection.objects.link(inner)
+        inner.parent = holder
+        calls = []
+        for name in ("upsert_lights", "remove_lights"):
+            def counted(*arguments, call=getattr(fake, name), name=name, **settings):
+                calls.append([name, len(arguments[0])])
+                call(*arguments, **settings)
+            setattr(fake, name, counted)
+        def step(name, edit=lambda: None):
+            edit()
+            calls.clear()
+            sync()
+            where = sorted(round(float(l["matrix"][0][3]), 3) for l in fake.named("lights", "Inner"))
+            wanted = sorted(round(v.co.x, 3) for v in holder.data.vertices if v.co.x == v.co.x)
+            show(**{name: [sorted(calls), where == sorted([0.0, *wanted])]})  # Blender shows the child itself too
+        def moved():
+            for i in (3, 70, 199): holder.data.vertices[i].co.x += 0.5
+            holder.data.update()
+        def grown():
+            holder.data.vertices.add(5); holder.data.update()
+        def shrunk():
+            kept = [v.co.copy() for v in holder.data.vertices][:190]
+            holder.data.clear_geometry(); holder.data.from_pydata(kept, [], []); holder.data.update()
+        def lost():
+            holder.data.vertices[5].co.x = float("nan"); holder.data.update()
+        step("first"); step("again"); step("moved", moved); step("grown", grown)
+        before = set(fake.lights)
+        step("shrunk", shrunk)
+        gone = before - set(fake.lights)
+        step("regrown", grown)
+        show(reused=len(gone & set(fake.lights)))
+        step("brighter", lambda: setattr(inner.data, "energy", 7))
+        step("lamp", lambda: setattr(lamp.location, "x", 1))
+        state.notes.take()
+        step("lost", lost)
+        show(notes=state.notes.take())
+        bpy.data.objects.remove(inner)
+        calls.clear(); sync(); show(gone=[sorted(calls), len(fake.lights)])
+        """,
+        tmp_path,
+    )
+    send, remove = "upsert_lights", "remove_lights"
+    assert facts["first"] == [[[send, 1], [send, 1], [send, 200]], True]
+    assert facts["again"] == [[], True]
+    assert facts["moved"] == [[[send, 3]], True]
+    assert facts["grown"] == [[[send, 5]], True]
+    assert facts["shrunk"] == [[[remove, 15]], True]
+    assert facts["regrown"] == [[[send, 5]], True]
+    assert facts["reused"] == 0, "what is kept over frames knows a lamp by its id"
+    assert facts["brighter"] == [[[send, 1], [send, 195]], True]
+    assert facts["lamp"] == [[[send, 1]], True]
+    assert facts["lost"] == [[[remove, 1]], True] and "Inner" in facts["notes"][0]
+    assert facts["gone"] == [[[remove, 1], [remove, 194]], 1]
+
+
+def test_a_refused_lamp_is_named(tmp_path):
+    facts = synced(
+        """
+        def refuse(*_, **__): raise core.SceneError("no more lamps")
+        fake.upsert_lights = refuse
+        try: sync()
+        except Exception as error: show(error=f"{type(error).__name__} {error}")
+        """,
+        tmp_path,
+    )
+    assert facts["error"] == "SyncError Light 'Light': no more lamps"
 
 
 def test_ray_visibility_of_object_and_instancer(tmp_path):

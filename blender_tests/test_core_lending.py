@@ -58,6 +58,33 @@ def test_lent_arrays_give_the_same_picture_and_are_let_go_of(core, make_context)
     assert all(np.array_equal(again[name], copied[name]) for name in copied)
 
 
+def _spoil(arrays):
+    for array in arrays:
+        array[...] = 77
+
+
+@pytest.mark.parametrize("built", [False, True])
+def test_what_the_scene_keeps_may_be_written_to(core, make_context, built):
+    """Kept before any device has it, and after: on one with memory of its own a Tracer may still read what was lent."""
+    context = make_context()
+    expected = picture(core, context, _scene(core, False, _arrays()))
+    arrays = _arrays()
+    arrays[3][5] = np.nan  # a normal that the scene repairs: a copy already
+    scene = _scene(core, True, arrays)
+    session = core.Session(context, scene)
+    if built:
+        session.sync()
+    scene.keep_lent()
+    _spoil(arrays)
+    kept = picture(core, context, scene, session=session)
+    assert all(np.isfinite(kept[name]).all() for name in kept)
+    assert np.abs(kept["Combined"] - expected["Combined"]).mean() < 0.01 * expected["Combined"].mean()
+    watched = [weakref.ref(array) for array in arrays]
+    del arrays
+    gc.collect()
+    assert all(ref() is None for ref in watched)
+
+
 def test_lent_arrays_go_with_their_mesh(core):
     for end in (lambda s: s.remove_mesh(1), lambda s: s.clear(), lambda s: _scene_edit(s)):
         arrays = _arrays()

@@ -13,6 +13,8 @@ import pytest
 EYE = np.eye(4, dtype=np.float32)[:3].copy()
 QUAD = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
+LAMPS = np.array([10, 11, 12], np.uint64)
+LOST = np.stack([EYE, EYE, EYE * np.float32(np.nan)])
 
 
 def moved(x=0.0, y=0.0, z=0.0):
@@ -99,6 +101,10 @@ def scene(core):
         ),
         ("SceneError", 'unknown kind "laser"', lambda s: s.upsert_light(2, "l", "laser", EYE)),
         ("SceneError", "radius is -1", lambda s: s.upsert_light(2, "l", "point", EYE, radius=-1.0)),
+        ("SceneError", 'light "l" (id 12): its matrix', lambda s: s.upsert_lights(LAMPS, "l", "point", LOST)),
+        (TypeError, 'lights "l": ids must', lambda s: s.upsert_lights(LAMPS.astype(np.int64), "l", "point", LOST)),
+        (ValueError, "matrices must have shape (3, 3, 4)", lambda s: s.upsert_lights(LAMPS, "l", "point", LOST[:2])),
+        ("SceneError", "no light has id 10", lambda s: s.remove_lights(np.array([1, 10], np.uint64))),
         (
             "SceneError",
             "its program can't be used",
@@ -124,6 +130,9 @@ def test_bad_edits_name_the_object_and_change_nothing(core, scene, error, words,
         edit(scene)
     assert words in str(caught.value)
     assert scene.has_mesh(1) and not scene.has_mesh(2)
+    scene.remove_light(1)  # the one lamp there was
+    with pytest.raises(core.SceneError):
+        scene.remove_light(10)
 
 
 def test_errors_are_the_kinds_that_python_knows(core):
@@ -258,6 +267,65 @@ def test_a_million_instances(core, make_context, scene):
     scene.upsert_instances(1000, 1, matrices)
     assert time.perf_counter() - start < 0.5
     scene.remove_instances(1000, 1_000_000)
+
+
+def test_lamps_set_together_are_those_set_one_by_one(core, make_context):
+    """The same bits, also after some moved, went and came."""
+    random = np.random.default_rng(4)
+    places = np.tile(EYE, (40, 1, 1))
+    places[:, :, 3] = random.uniform((-1, -1, 0.5), (1, 1, 2), (40, 3))
+    moved_places = places[:4] + np.float32(0.1)
+    settings = {
+        "point": dict(radius=0.1, power=5.0),
+        "spot": dict(spot_size=1.0, power=9.0, color=(1, 0.5, 0.2)),
+        "area": dict(size_x=0.3, size_y=0.1, power=4.0, flags=core.flags["HW_LIGHT_DIFFUSE"]),
+    }
+
+    def together(scene, ids, kind, matrices):
+        scene.upsert_lights(np.array(ids, np.uint64), kind, kind, matrices, **settings[kind])
+
+    def apart(scene, ids, kind, matrices):
+        for number, matrix in zip(ids, matrices, strict=True):
+            scene.upsert_light(int(number), kind, kind, matrix, **settings[kind])
+
+    def removed_apart(scene, ids):
+        for number in ids:
+            scene.remove_light(int(number))
+
+    pictures, counts = [], []
+    for upsert, remove in (
+        (together, lambda scene, ids: scene.remove_lights(np.array(ids, np.uint64))),
+        (apart, removed_apart),
+    ):
+        scene = core.Scene()
+        scene.upsert_mesh(1, "quad", QUAD * np.float32(4), TRIANGLES)
+        scene.upsert_instance(1, 1, EYE)
+        scene.set_camera("perspective", moved(z=3), (-0.5, 0.5, -0.5, 0.5))
+        session = core.Session(make_context(), scene)
+        for step in range(2):
+            if step == 0:
+                upsert(scene, range(100, 120), "spot", places[:20])
+                upsert(scene, range(1, 11), "point", places[20:30])
+                upsert(scene, range(50, 60), "area", places[30:])
+            else:
+                upsert(scene, (101, 105, 119, 300), "spot", moved_places)
+                remove(scene, (3, 110, 1))
+            counts.append(session.sync()["lights"])
+            session.start({"width": 16, "height": 12, "samples": 4, "passes": ["Combined"], "seed": 3})
+            session.finish()
+            pictures.append(session.read("Combined").copy())
+    assert counts == [40, 38, 40, 38]
+    assert pictures[0].mean() > 0.01 and not np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(pictures[0], pictures[2]) and np.array_equal(pictures[1], pictures[3])
+
+
+def test_a_million_lamps(core, scene):
+    ids = np.arange(1000, 1_001_000, dtype=np.uint64)
+    matrices = np.tile(EYE, (len(ids), 1, 1))
+    start = time.process_time()
+    scene.upsert_lights(ids, "Lamp", "point", matrices)
+    scene.remove_lights(ids)
+    assert time.process_time() - start < 3
 
 
 @pytest.fixture(scope="module")

@@ -149,6 +149,7 @@ def _export(engine, depsgraph) -> Job:
         next_frame=before or (again and not persistent),
         once=not (again or persistent),
         build=state.session.sync,
+        borrow=context.shared_memory,
     )
     state.graph = engine.token
     for note in state.sync.notes.take():

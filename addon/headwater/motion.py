@@ -19,7 +19,8 @@ def sync_frame_before(engine, state, depsgraph, frame, breathe) -> bool:
     engine.update_stats("", "Synchronizing the frame before")
     try:
         engine.frame_set(now - 1, part)
-        state.sync.sync(depsgraph, False, breathe, build=state.session.sync)
+        borrow = state.context.shared_memory
+        state.sync.sync(depsgraph, False, breathe, build=state.session.sync, borrow=borrow)
         scene = depsgraph.scene_eval
         camera = engine.camera_override or scene.camera
         if camera is not None:

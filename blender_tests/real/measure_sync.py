@@ -13,29 +13,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 import driver
+import waves
 
-MESHES, EACH, SIDE = 36, 100, 236  # 2 * SIDE^2 triangles a mesh
 MOVES = 8
-
-
-def build() -> None:
-    x, y = np.meshgrid(np.linspace(-1, 1, SIDE + 1), np.linspace(-1, 1, SIDE + 1), indexing="ij")
-    quads = np.arange(SIDE)[:, None] * (SIDE + 1) + np.arange(SIDE)[None, :]
-    corners = np.stack([quads, quads + SIDE + 1, quads + SIDE + 2, quads + 1], -1).reshape(-1).astype(np.int32)
-    for number in range(MESHES):
-        mesh = bpy.data.meshes.new(f"Waves {number}")
-        z = 0.1 * np.sin((3 + number % 5) * x) * np.cos((2 + number % 7) * y)
-        mesh.vertices.add((SIDE + 1) ** 2)
-        mesh.vertices.foreach_set("co", np.stack([x, y, z], -1).astype(np.float32).reshape(-1))
-        mesh.loops.add(len(corners))
-        mesh.loops.foreach_set("vertex_index", corners)
-        mesh.polygons.add(SIDE * SIDE)
-        mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 4, dtype=np.int32))
-        mesh.update(calc_edges=True)
-        for each in range(EACH):
-            thing = bpy.data.objects.new(f"Wave {number}.{each}", mesh)
-            thing.location = (2.2 * (each % 60), 2.2 * (number + MESHES * (each // 60)), 0)
-            bpy.context.scene.collection.objects.link(thing)
 
 
 def timed(cls, name: str, seconds: list):
@@ -85,7 +65,7 @@ def measure(session, engine: str):
 
 def steps(session):
     driver.addon()
-    build()
+    waves.build()
     yield 2.0
     session.scene.headwater.use_cycles_settings = False
     for _ in range(2):

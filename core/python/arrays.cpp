@@ -91,4 +91,18 @@ AnyArray take_array(nb::handle value, const nb::dlpack::dtype& type, const char*
   return array;
 }
 
+std::array<float, 12> take_matrix(nb::handle value, const std::string& what) {
+  std::array<float, 12> matrix{};
+  const AnyArray array = any_array(value, what);
+  if (array.dtype() == nb::dtype<double>()) {  // mathutils and NumPy default to it; twelve numbers cost nothing
+    const AnyArray wide = take<double>(value, {3, 4}, what);
+    std::transform(static_cast<const double*>(wide.data()), static_cast<const double*>(wide.data()) + 12,
+                   matrix.begin(), [](double x) { return static_cast<float>(x); });
+    return matrix;
+  }
+  const AnyArray narrow = take<float>(value, {3, 4}, what);
+  std::copy_n(static_cast<const float*>(narrow.data()), 12, matrix.begin());
+  return matrix;
+}
+
 }  // namespace hw::python

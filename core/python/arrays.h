@@ -6,6 +6,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <array>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -48,6 +49,10 @@ constexpr const char* dtype_name<std::uint32_t>() {
   return "uint32";
 }
 template <>
+constexpr const char* dtype_name<std::uint64_t>() {
+  return "uint64";
+}
+template <>
 constexpr const char* dtype_name<std::uint8_t>() {
   return "uint8";
 }
@@ -65,5 +70,8 @@ std::vector<T> copy(nb::handle value, std::initializer_list<std::int64_t> shape,
   const T* data = static_cast<const T*>(array.data());
   return std::vector<T>(data, data + array.size());
 }
+
+// Twelve numbers, (3, 4) float32 or float64.
+std::array<float, 12> take_matrix(nb::handle value, const std::string& what);
 
 }  // namespace hw::python

@@ -32,20 +32,6 @@ namespace {
 
 using Color = std::array<float, 3>;
 
-Matrix34 take_matrix(nb::handle value, const std::string& what) {
-  Matrix34 matrix{};
-  const AnyArray array = any_array(value, what);
-  if (array.dtype() == nb::dtype<double>()) {  // mathutils and NumPy default to it; twelve numbers cost nothing
-    const AnyArray wide = take<double>(value, {3, 4}, what);
-    std::transform(static_cast<const double*>(wide.data()), static_cast<const double*>(wide.data()) + 12,
-                   matrix.begin(), [](double x) { return static_cast<float>(x); });
-    return matrix;
-  }
-  const AnyArray narrow = take<float>(value, {3, 4}, what);
-  std::copy_n(static_cast<const float*>(narrow.data()), 12, matrix.begin());
-  return matrix;
-}
-
 std::uint32_t take_domain(nb::handle value, const std::string& what) {
   if (nb::isinstance<nb::int_>(value)) return nb::cast<std::uint32_t>(value);
   const std::string name = nb::isinstance<nb::str>(value) ? nb::cast<std::string>(value) : std::string();
@@ -153,31 +139,6 @@ InstanceData instance_data(Id mesh, const std::string& name, std::vector<Id> mat
   return data;
 }
 
-void upsert_light(Scene& scene, Id id, const std::string& name, const std::string& kind, nb::object matrix, Color color,
-                  float power, std::optional<std::uint32_t> flags, bool normalize, float radius, float angle,
-                  float size_x, float size_y, bool ellipse, float spread, float spot_size, float spot_blend) {
-  const std::string label = scene_label("light", name, id);
-  LightData light;
-  light.name = name;
-  if (kind == "point")
-    light.type = HW_LIGHT_POINT;
-  else if (kind == "spot")
-    light.type = HW_LIGHT_SPOT;
-  else if (kind == "sun")
-    light.type = HW_LIGHT_SUN;
-  else if (kind == "area")
-    light.type = HW_LIGHT_AREA;
-  else
-    throw SceneError(label + ": unknown kind \"" + kind + "\" (known: point, spot, sun, area)");
-  if (flags) light.flags = *flags;
-  light.object_to_world = take_matrix(matrix, label + ": matrix");
-  light.color = color, light.power = power, light.normalize = normalize;
-  light.radius = radius, light.angle = angle;
-  light.size_x = size_x, light.size_y = size_y, light.ellipse = ellipse, light.spread = spread;
-  light.spot_size = spot_size, light.spot_blend = spot_blend;
-  scene.upsert_light(id, std::move(light));
-}
-
 void upsert_material(Scene& scene, Id id, const std::string& name, nb::object program, nb::object constants,
                      std::vector<Id> images, std::uint32_t flags, Color emission, std::uint32_t pass_index) {
   const std::string label = scene_label("material", name, id);
@@ -247,6 +208,9 @@ void bind_geometry(nb::class_<Scene>& scene) {
            "lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the "
            "mesh is\n"
            "    on a device that shares the host's memory, or is set or removed.")
+      .def("keep_lent", &Scene::keep_lent,
+           "Copies the arrays that meshes were lent and that are not on a device yet: they may then be written to and "
+           "freed.")
       .def("remove_mesh", &Scene::remove_mesh, "id"_a, "Removes a mesh. SceneError while an instance uses it.")
       .def("has_mesh", &Scene::has_mesh, "id"_a, "Whether there is a mesh of this id.")
       .def(
@@ -300,21 +264,7 @@ void bind_geometry(nb::class_<Scene>& scene) {
 }
 
 void bind_shading(nb::class_<Scene>& scene) {
-  const LightData light;
   scene
-      .def("upsert_light", &upsert_light, "id"_a, "name"_a, "kind"_a, "matrix"_a, nb::kw_only(),
-           "color"_a = light.color, "power"_a = light.power, "flags"_a = nb::none(), "normalize"_a = light.normalize,
-           "radius"_a = light.radius, "angle"_a = light.angle, "size_x"_a = light.size_x, "size_y"_a = light.size_y,
-           "ellipse"_a = light.ellipse, "spread"_a = light.spread, "spot_size"_a = light.spot_size,
-           "spot_blend"_a = light.spot_blend,
-           "Sets a lamp; units and conventions are Blender's.\n\n"
-           "kind: \"point\", \"spot\", \"sun\" or \"area\". matrix: (3, 4), it shines along its -Z.\n"
-           "color: linear, times the strength of its nodes. power: W, for a sun W/m^2.\n"
-           "flags: HW_LIGHT_* bits. normalize: power does not grow with size.\n"
-           "radius: metres (point, spot). angle: full angle, radians (sun). size_x, size_y: metres; ellipse; spread: "
-           "full\n"
-           "angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).")
-      .def("remove_light", &Scene::remove_light, "id"_a, "Removes a lamp.")
       .def("upsert_material", &upsert_material, "id"_a, "name"_a, "program"_a, "constants"_a,
            "images"_a = std::vector<Id>(), "flags"_a = 0, "emission"_a = Color{0, 0, 0}, "pass_index"_a = 0,
            "Sets a material. SceneError when the program is malformed.\n\n"
@@ -370,6 +320,7 @@ void bind_scene(nb::module_& m) {
       "an argument of the wrong type) and changes nothing. Not for use from several threads at once.");
   scene.def(nb::init<>());
   bind_geometry(scene);
+  bind_lights(scene);
   bind_shading(scene);
   scene.def("clear", &Scene::clear, "Removes everything.");
 }

@@ -193,6 +193,9 @@ void bind_context(nb::module_& m) {
       .def_prop_ro(
           "tracer", [](const Context& c) { return c.tracer_name(); }, "\"embree\", \"ray_query\" or \"ray_pipeline\".")
       .def_prop_ro(
+          "shared_memory", [](const Context& c) { return c.device->shared_memory(); },
+          "Whether the device shares the host's memory: meshes then lie in its buffers alone.")
+      .def_prop_ro(
           "validation_messages", [](const Context& c) { return c.device->validation_messages(); },
           "Messages of the validation layers so far; they are printed to stderr.")
       .def_prop_ro(

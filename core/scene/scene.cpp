@@ -104,6 +104,23 @@ void Scene::upsert_mesh(Id id, MeshData mesh) {
 
 std::vector<std::shared_ptr<const void>> Scene::take_done_keepers() { return std::exchange(impl_->done_keepers, {}); }
 
+void Scene::keep_lent() {
+  const auto copy = [](auto& to, const auto& from) {
+    if (from.data() != to.data()) to.assign(from.begin(), from.end());  // what was repaired is a copy already
+  };
+  for (auto& [id, entry] : impl_->meshes) {
+    if (!entry.data.keeper) continue;
+    MeshData& data = entry.data;
+    copy(data.positions, entry.arrays.positions), copy(data.normals, entry.arrays.normals);
+    copy(data.tri_vertices, entry.arrays.tri_vertices), copy(data.tri_corners, entry.arrays.tri_corners);
+    copy(data.tri_slots, entry.arrays.tri_slots);
+    for (std::size_t i = 0; i < data.attributes.size(); ++i) copy(data.attributes[i].data, entry.arrays.attributes[i]);
+    entry.arrays = mesh_views(data);
+    entry.revision = impl_->revision++;  // a Tracer may have been given the arrays
+    impl_->done_keepers.push_back(std::move(data.keeper));
+  }
+}
+
 void Scene::upsert_instance(Id id, InstanceData instance) {
   const Matrix34 matrix = instance.object_to_world;
   upsert_instances(id, instance, matrix.data(), nullptr, 1);
@@ -122,10 +139,22 @@ void Scene::upsert_instances(Id first_id, const InstanceData& shared, const floa
 }
 
 void Scene::upsert_light(Id id, LightData light) {
-  check_light(id, light);
-  impl_->lights[id] = {std::move(light), impl_->revision++};
-  impl_->lights_revision = impl_->revision - 1;
-  impl_->pending.lights = true;
+  const Matrix34 matrix = light.object_to_world;
+  upsert_lights({&id, 1}, light, matrix.data());
+}
+
+void Scene::upsert_lights(std::span<const Id> ids, const LightData& shared, const float* matrices) {
+  if (ids.empty()) return;
+  check_lights(ids, shared, matrices);
+  Impl& scene = *impl_;
+  scene.lights_revision = scene.revision++;
+  scene.pending.lights = true;
+  auto next = scene.lights.end();  // ids in rising order take no search
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto it = scene.lights.insert_or_assign(next, ids[i], LightEntry{shared, scene.lights_revision});
+    std::copy_n(matrices + 12 * i, 12, it->second.data.object_to_world.begin());
+    next = std::next(it);
+  }
 }
 
 void Scene::upsert_material(Id id, MaterialData material) {
@@ -222,9 +251,12 @@ void Scene::remove_instances(Id first_id, std::size_t count) {
   if (count > 0) impl_->remove_instances(first_id, count);
 }
 
-void Scene::remove_light(Id id) {
-  require(impl_->lights, id, "light");
-  impl_->lights.erase(id);
+void Scene::remove_light(Id id) { remove_lights({&id, 1}); }
+
+void Scene::remove_lights(std::span<const Id> ids) {
+  for (Id id : ids) require(impl_->lights, id, "light");
+  if (ids.empty()) return;
+  for (Id id : ids) impl_->lights.erase(id);
   impl_->lights_revision = impl_->revision++;
   impl_->pending.lights = true;
 }

@@ -142,6 +142,8 @@ class Scene {
   void upsert_instances(Id first_id, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
                         std::size_t count);
   void upsert_light(Id id, LightData light);
+  // Many lamps at once, alike but for their place: `matrices` holds 12 floats for each id.
+  void upsert_lights(std::span<const Id> ids, const LightData& shared, const float* matrices);
   void upsert_material(Id id, MaterialData material);
   void upsert_image(Id id, ImageData image);
   void set_world(WorldData world);
@@ -149,10 +151,13 @@ class Scene {
   // The keepers of lent arrays that are read no more. They end here and not beside the work, because the end of a
   // keeper may have to wait for others.
   std::vector<std::shared_ptr<const void>> take_done_keepers();
+  // Copies the meshes' arrays that were lent and are still read, as no device has them: who lent them may free them.
+  void keep_lent();
   void remove_mesh(Id id);  // throws while an instance uses it
   void remove_instance(Id id);
   void remove_instances(Id first_id, std::size_t count);
   void remove_light(Id id);
+  void remove_lights(std::span<const Id> ids);
   void remove_material(Id id);
   void remove_image(Id id);
   bool has_mesh(Id id) const;

@@ -242,10 +242,12 @@ void check_instance(Id id, const InstanceData& instance, const float* matrices, 
     fail(label, std::to_string(instance.materials.size()) + " material slots: at most 256");
 }
 
-void check_light(Id id, const LightData& light) {
-  const std::string label = scene_label("light", light.name, id);
+void check_lights(std::span<const Id> ids, const LightData& light, const float* matrices) {
+  const std::string label = scene_label("light", light.name, ids.front());
   if (light.type > HW_LIGHT_AREA) fail(label, "unknown kind of light (" + std::to_string(light.type) + ")");
-  require_finite(label, light.object_to_world.data(), 12, "its matrix");
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (const float* matrix = matrices + 12 * i; !all_finite(matrix, 12))
+      require_finite(scene_label("light", light.name, ids[i]), matrix, 12, "its matrix");
   require_finite(label, light.color.data(), 3, "color");
   if (!std::isfinite(light.power)) fail(label, "power is not finite");
   require_not_negative(label, light.radius, "radius");

@@ -27,7 +27,7 @@ struct MeshSummary {
 // arrays: those of the mesh. What is repaired is copied into the mesh's own vectors first, where it was lent.
 MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays);
 void check_instance(Id id, const InstanceData& instance, const float* matrices, std::size_t count);
-void check_light(Id id, const LightData& light);
+void check_lights(std::span<const Id> ids, const LightData& light, const float* matrices);  // ids: one at least
 void check_material(Id id, const MaterialData& material);
 void check_image(Id id, const ImageData& image);
 void check_world(const WorldData& world);

@@ -11,7 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-_RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+# Kinds of rays: Blender's property of objects, the core's bit.
+_RAYS = {
+    "camera": ("visible_camera", "HW_MASK_CAMERA"),
+    "diffuse": ("visible_diffuse", "HW_MASK_DIFFUSE"),
+    "glossy": ("visible_glossy", "HW_MASK_GLOSSY"),
+    "transmission": ("visible_transmission", "HW_MASK_TRANSMISSION"),
+    "shadow": ("visible_shadow", "HW_MASK_SHADOW_OPAQUE"),
+}
 _WORD = 0xFFFFFFFF
 BREATHE_EVERY = 4096  # instances between two looks at Esc
 
@@ -46,6 +53,47 @@ class Collected:
     random_ids: np.ndarray  # (N,) uint32
     shown: np.ndarray  # (N,) bool
     keys: np.ndarray  # (N,) uint64: persistent ids, hashed
+    # session_uids: of objects that no instancer made, with their row and name, None where there are several rows; of
+    # instancers and of what they made
+    alone: dict[int, tuple[int, str] | None] = field(default_factory=dict)
+    involved: set[int] = field(default_factory=set)
+
+    def __post_init__(self):
+        self.finite = np.isfinite(self.matrices).all(axis=(1, 2))  # (N,) bool
+        order = np.argsort(self.index, kind="stable").astype(np.int32)
+        self._order = order[self.shown[order]]
+        self._bounds = np.searchsorted(self.index[self._order], np.arange(len(self.groups) + 1))
+
+    def members(self, number: int) -> np.ndarray:
+        """The instances of a group that are shown, in Blender's order."""
+        return self._order[self._bounds[number] : self._bounds[number + 1]]
+
+    def row(self, row: int) -> Row:
+        return _row(self.matrices, self.random_ids, self.keys, row)
+
+    def move(self, row: int, matrix, random_id: int, group: Group) -> int:
+        """An object's own instance elsewhere, with what else there is to say of it now. Returns its group's number."""
+        self.matrices[row] = np.array(matrix, np.float32)[:3]
+        self.finite[row] = np.isfinite(self.matrices[row]).all()
+        self.random_ids[row] = random_id
+        number = int(self.index[row])
+        self.groups[number] = group
+        return number
+
+    def still(self, last: "Collected | None") -> np.ndarray:
+        """(G,) whether a group is the very one of the last sync, in the same place."""
+        count = len(self.groups)
+        if last is None or count != len(last.groups) or not np.array_equal(last.index, self.index):
+            return np.zeros(count, bool)
+        still = np.fromiter((a is b for a, b in zip(last.groups, self.groups, strict=True)), bool, count)
+        moved = (last.matrices != self.matrices).any(axis=(1, 2)) | (last.shown != self.shown)
+        moved |= (last.random_ids != self.random_ids) | (last.keys != self.keys)
+        still[self.index[moved & (self.index >= 0)]] = False
+        return still
+
+
+def _row(matrices, random_ids, keys, row: int) -> Row:
+    return Row(matrices[row : row + 1], random_ids[row : row + 1], keys[row : row + 1])
 
 
 def _read(instances, count: int, prop: str, width: int, dtype) -> np.ndarray:
@@ -99,6 +147,9 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
     index = np.empty(count, np.int32)
     groups: list[Group] = []
     known: dict[tuple, int] = {}
+    alone: dict[int, tuple[int, str] | None] = {}
+    involved: set[int] = set()
+    noted: set[tuple] = set()  # of those whose uids are in `involved`
     for i, instance in enumerate(instances):
         if i % BREATHE_EVERY == 0:
             breathe()
@@ -115,6 +166,12 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
         )
         group = known.get(where)
         if group is None:
+            if parent is None:
+                uid = obj.original.session_uid
+                alone[uid] = (i, obj.name) if uid not in alone else None
+            elif where not in noted:
+                noted.add(where)
+                involved.update((obj.original.session_uid, parent.original.session_uid))
             if not shown[i] or data is None:
                 # Decided by the first instance that is shown.
                 index[i] = -1
@@ -124,27 +181,25 @@ def collect(depsgraph, enter, breathe, space=None) -> Collected:
                 continue
             breathe()
             group = known[where] = len(groups)
-            row = Row(matrices[i : i + 1], random_ids[i : i + 1], keys[i : i + 1])
-            groups.append(enter(row, obj, data, parent))
+            groups.append(enter(_row(matrices, random_ids, keys, i), obj, data, parent))
         index[i] = group
-    return Collected(groups, index, matrices, random_ids, shown, keys)
+    return Collected(groups, index, matrices, random_ids, shown, keys, alone, involved)
 
 
 def ray_visibility(obj, parent) -> dict[str, bool]:
     """Which kinds of rays see an object; an instancer's settings hold for its instances too, as in Cycles."""
-    seen = {ray: getattr(obj, f"visible_{ray}") for ray in _RAYS}
+    seen = {ray: getattr(obj, prop) for ray, (prop, _) in _RAYS.items()}
     if parent is not None:
-        seen = {ray: on and getattr(parent, f"visible_{ray}") for ray, on in seen.items()}
+        seen = {ray: on and getattr(parent, _RAYS[ray][0]) for ray, on in seen.items()}
     return seen
 
 
 def visibility_mask(seen: dict[str, bool], flags: dict) -> int:
     """HW_MASK_* of an object."""
-    names = {"shadow": "HW_MASK_SHADOW_OPAQUE"}
     mask = 0
     for ray, on in seen.items():
         if on:
-            mask |= flags[names.get(ray, f"HW_MASK_{ray.upper()}")]
+            mask |= flags[_RAYS[ray][1]]
     return mask
 
 
@@ -173,23 +228,28 @@ class _Batch:
     moves: bool
 
 
+def find_rows(old_keys: np.ndarray, keys: np.ndarray) -> np.ndarray:
+    """Where each key stood among the old ones, -1 for new ones. Keys that occur twice are found once."""
+    order = np.argsort(old_keys, kind="stable")
+    ranked = old_keys[order]
+    place = np.minimum(np.searchsorted(ranked, keys), max(len(ranked) - 1, 0))
+    found = ranked[place] == keys if len(ranked) else np.zeros(len(keys), bool)
+    rows = np.where(found, order[place] if len(ranked) else -1, -1)
+    _, first_use = np.unique(rows, return_index=True)
+    doubled = np.ones(len(keys), bool)
+    doubled[first_use] = False
+    rows[doubled] = -1
+    return rows
+
+
 def assign_slots(old_keys: np.ndarray, old_slots: np.ndarray, keys: np.ndarray, top: int) -> tuple[np.ndarray, int]:
     """Slots for instances: those known keep theirs (and with it their motion), new ones take free slots, then `top`.
 
     Returns the slot of each and the new count of slots. Keys that occur twice are told apart by their order only.
     """
+    rows = find_rows(old_keys, keys)
     slots = np.full(len(keys), -1, np.int64)
-    order = np.argsort(old_keys, kind="stable")
-    ranked = old_keys[order]
-    place = np.searchsorted(ranked, keys)
-    place_ok = place < len(ranked)
-    found = np.zeros(len(keys), bool)
-    found[place_ok] = ranked[place[place_ok]] == keys[place_ok]
-    slots[found] = old_slots[order[place[found]]]
-    _, first_use = np.unique(slots, return_index=True)
-    doubled = np.ones(len(keys), bool)
-    doubled[first_use] = False
-    slots[doubled] = -1
+    slots[rows >= 0] = old_slots[rows[rows >= 0]]
     missing = np.flatnonzero(slots < 0)
     free = np.setdiff1d(np.arange(top), slots[slots >= 0], assume_unique=True)[: len(missing)]
     slots[missing[: len(free)]] = free
@@ -205,23 +265,17 @@ class InstanceSync:
         self._scene, self._ids, self._notes = scene, ids, notes
         self._batches: dict[tuple, _Batch] = {}
         self.count = 0
-        self._last: Collected | None = None
 
     def send_early(self, group: Group, row: Row) -> None:
         """Sends an object's own instance before `sync` knows all of them, where that is of use."""
         if self._scene.early and group.mesh.triangles and np.isfinite(row.matrices).all():
-            self._sync_batch(group.key, group, row.matrices, row.random_ids, row.keys)
+            # Copies: the rows may change with the next sync.
+            self._sync_batch(group.key, group, row.matrices.copy(), row.random_ids.copy(), row.keys.copy())
 
-    def sync(self, collected: Collected, breathe) -> None:
-        """Sends what changed and removes what is gone."""
+    def sync(self, collected: Collected, still: np.ndarray, breathe) -> None:
+        """Sends what changed and removes what is gone. `still`: Collected.still of the last sync."""
         seen = set()
         self.count = 0
-        finite = np.isfinite(collected.matrices).all(axis=(1, 2))
-        drawn = collected.shown & (collected.index >= 0)
-        order = np.argsort(collected.index, kind="stable")
-        bounds = np.searchsorted(collected.index[order], np.arange(len(collected.groups) + 1))
-        still = self._still(collected)
-        self._last = None  # until all of it was sent
         for number, group in enumerate(collected.groups):
             if group.kind != "MESH" or group.mesh is None or not group.mesh.triangles:
                 continue
@@ -230,9 +284,8 @@ class InstanceSync:
                 self.count += len(self._batches[group.key].keys)
                 continue
             breathe()
-            members = order[bounds[number] : bounds[number + 1]]
-            members = members[drawn[members]]
-            good = members[finite[members]]
+            members = collected.members(number)
+            good = members[collected.finite[members]]
             if len(good) < len(members):
                 self._notes.add(f"Object '{group.name}' left out: its transform is no number", "Object", group.name)
             if not len(good):
@@ -245,18 +298,6 @@ class InstanceSync:
             self._sync_batch(key, group, collected.matrices[good], collected.random_ids[good], collected.keys[good])
         for key in [key for key in self._batches if key not in seen]:
             self._remove(key)
-        self._last = collected
-
-    def _still(self, collected: Collected) -> np.ndarray:
-        """(G,) whether a group is the very one of the last sync, in the same place."""
-        last, count = self._last, len(collected.groups)
-        if last is None or count != len(last.groups) or not np.array_equal(last.index, collected.index):
-            return np.zeros(count, bool)
-        still = np.fromiter((a is b for a, b in zip(last.groups, collected.groups, strict=True)), bool, count)
-        moved = (last.matrices != collected.matrices).any(axis=(1, 2)) | (last.shown != collected.shown)
-        moved |= (last.random_ids != collected.random_ids) | (last.keys != collected.keys)
-        still[collected.index[moved & (collected.index >= 0)]] = False
-        return still
 
     def _sync_batch(self, key, group: Group, matrices, random_ids, keys) -> None:
         batch = self._batches.get(key)

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps → core lights, with Cycles' meaning of every property."""
 
+from dataclasses import dataclass
+
 import numpy as np
+
+from .instance import find_rows
+from .problems import naming
 
 _KINDS = {"POINT": "point", "SPOT": "spot", "SUN": "sun", "AREA": "area"}
 
@@ -52,21 +57,26 @@ def parameters(light) -> dict:
     return shape
 
 
+@dataclass
+class _Batch:
+    """Lamps of one group (instance.Group) that the core has."""
+
+    first: int  # id of slot 0
+    top: int  # slots ever used: a new lamp never gets the id of one that is gone
+    settings: tuple
+    matrices: np.ndarray  # (N, 3, 4)
+    keys: np.ndarray  # (N,)
+    slots: np.ndarray  # (N,) slot of each lamp
+
+
 class LightSync:
-    """Lamps the core has; each is sent again only when something of it changed."""
+    """Lamps the core has, by group key; each is sent again only when something of it changed."""
 
     def __init__(self, scene, ids, notes, flags: dict, compile_lamp):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._flags, self._compile = flags, compile_lamp
-        self._last: dict[tuple, tuple] = {}
-        self._seen: set[tuple] = set()
-
-    @property
-    def count(self) -> int:
-        return len(self._seen)
-
-    def begin(self) -> None:
-        self._seen = set()
+        self._batches: dict[tuple, _Batch] = {}
+        self.count = 0
 
     def prepare(self, obj, visibility: dict) -> dict | None:
         """Everything of an evaluated light object but its place; None for a lamp that gives no light of its own."""
@@ -83,21 +93,65 @@ class LightSync:
             **parameters(light),
         )
 
-    def place(self, key: tuple, name: str, settings: dict, matrix: np.ndarray) -> None:
-        """One instance of a prepared lamp. `matrix`: object to world, (3, 4)."""
-        if not np.isfinite(matrix).all():
-            self._notes.add(f"Light '{name}' left out: its transform is no number", "Light", name)
-            return
-        now = (matrix.tobytes(), tuple(settings.items()))
-        self._seen.add(key)
-        if self._last.get(key) == now:
-            return
-        rest = {name: value for name, value in settings.items() if name != "kind"}
-        self._scene.upsert_light(self._ids.get(("light", *key)), name, settings["kind"], matrix, **rest)
-        self._last[key] = now
+    def sync(self, collected, still: np.ndarray) -> None:
+        """Sends lamps that changed and removes those that are gone. collected, still: as InstanceSync.sync."""
+        seen = set()
+        self.count = 0
+        for number, group in enumerate(collected.groups):
+            if group.kind != "LIGHT":
+                continue
+            key = group.key
+            if still[number] and key in self._batches and key not in seen:
+                seen.add(key)
+                self.count += len(self._batches[key].keys)
+                continue
+            while key in seen:  # two groups of one lamp under one parent: by order
+                key = (*key, "next")
+            seen.add(key)
+            with naming("Light", group.name):
+                self._sync_batch(key, group, collected, collected.members(number))
+        for key in [key for key in self._batches if key not in seen]:
+            self._remove(key)
 
-    def remove_unseen(self) -> None:
-        for key in [key for key in self._last if key not in self._seen]:
-            self._scene.remove_light(self._ids.get(("light", *key)))
-            self._ids.forget(("light", *key))
-            del self._last[key]
+    def _sync_batch(self, key: tuple, group, collected, members: np.ndarray) -> None:
+        good = members[collected.finite[members]]
+        if len(good) < len(members):
+            self._notes.add(f"Light '{group.name}' left out: its transform is no number", "Light", group.name)
+        self.count += len(good)
+        matrices, keys = collected.matrices[good], collected.keys[good]
+        settings = (group.name, *group.settings.items())
+        batch = self._batches.get(key)
+        if batch is None:
+            first = self._ids.get(("light", *key)) << 32
+            empty = np.zeros(0, np.uint64)
+            batch = _Batch(first, 0, settings, matrices[:0], empty, empty.astype(np.int64))
+            self._batches[key] = batch
+        rows = np.arange(len(keys)) if np.array_equal(batch.keys, keys) else find_rows(batch.keys, keys)
+        slots = np.where(rows >= 0, batch.slots[rows] if len(batch.slots) else 0, -1)
+        new = np.flatnonzero(rows < 0)
+        slots[new] = np.arange(batch.top, batch.top + len(new))
+        gone = np.setdiff1d(batch.slots, slots, assume_unique=True)
+        changed = rows < 0
+        if settings != batch.settings:
+            changed[:] = True
+        elif len(batch.slots):
+            changed |= (batch.matrices[rows] != matrices).any(axis=(1, 2))
+        if len(gone):
+            self._scene.remove_lights(batch.first + gone.astype(np.uint64))
+        if changed.any():
+            rest = {name: value for name, value in group.settings.items() if name != "kind"}
+            self._scene.upsert_lights(
+                batch.first + slots[changed].astype(np.uint64),
+                group.name,
+                group.settings["kind"],
+                np.ascontiguousarray(matrices[changed]),
+                **rest,
+            )
+        batch.top += len(new)
+        batch.settings, batch.matrices, batch.keys, batch.slots = settings, matrices, keys, slots
+
+    def _remove(self, key: tuple) -> None:
+        batch = self._batches.pop(key)
+        if len(batch.slots):
+            self._scene.remove_lights(batch.first + batch.slots.astype(np.uint64))
+        self._ids.forget(("light", *key))

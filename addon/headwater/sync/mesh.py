@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..nodes.tree import GENERATED
+from . import arrays
 from .tangents import corner_tangents, face_normals
 
 MAX_ATTRIBUTES = 8  # HW_MAX_ATTRIBUTES of the core
@@ -50,16 +51,13 @@ class MeshRecord:
     read: int = -1  # number of the sync that last compared or read its arrays
 
 
-def read_attribute(attribute) -> np.ndarray | None:
+def read_attribute(attribute, borrow: bool = False) -> np.ndarray | None:
     """Values of an attribute, (N, components), or None for a type without a picture (strings, matrices)."""
     how = _TYPES.get(attribute.data_type)
     if how is None:
         return None
     prop, components, dtype = how
-    data = attribute.data
-    values = np.empty((len(data), components), dtype)
-    data.foreach_get(prop, values.reshape(-1))
-    return values
+    return arrays.read(attribute.data, prop, len(attribute.data), components, dtype, borrow)
 
 
 def render_uv(mesh) -> str:
@@ -95,18 +93,18 @@ def generated_coordinates(mesh, positions: np.ndarray) -> np.ndarray:
 
 
 class _Reader:
-    """One evaluated mesh's arrays, each read at most once."""
+    """One evaluated mesh's arrays, each read at most once. borrow: those that stay Blender's will do."""
 
-    def __init__(self, mesh, wanted: frozenset, notes):
-        self.mesh, self.notes = mesh, notes
+    def __init__(self, mesh, wanted: frozenset, notes, borrow: bool = False):
+        self.mesh, self.notes, self.borrow = mesh, notes, borrow
         self.vertices, self.corners = len(mesh.vertices), len(mesh.loops)
         self.faces = len(mesh.polygons)
-        self.positions = np.empty((self.vertices, 3), np.float32)
-        self.corner_verts = np.empty(self.corners, np.int32)
+        self.positions = np.empty((0, 3), np.float32)
+        self.corner_verts = np.empty(0, np.int32)
         if self.vertices:
-            mesh.attributes["position"].data.foreach_get("vector", self.positions.reshape(-1))
+            self.positions = read_attribute(mesh.attributes["position"], borrow)
         if self.corners:
-            mesh.attributes[".corner_vert"].data.foreach_get("value", self.corner_verts)
+            self.corner_verts = read_attribute(mesh.attributes[".corner_vert"], borrow).reshape(-1)
         slots = mesh.attributes.get("material_index")
         self.face_slots = read_attribute(slots).reshape(-1) if slots is not None and slots.domain == "FACE" else None
         self.uv = render_uv(mesh)
@@ -114,7 +112,7 @@ class _Reader:
         for name in _chosen_attributes(mesh, wanted, self.uv):
             attribute = mesh.attributes[name]
             domain = _DOMAINS.get(attribute.domain)
-            values = read_attribute(attribute)
+            values = read_attribute(attribute, borrow)
             if domain is None or values is None:
                 notes.add(
                     f"Mesh '{mesh.name}': attribute '{name}' is per {attribute.domain.lower()} "
@@ -157,9 +155,20 @@ class _Reader:
         return (crc, xor, self.vertices, self.corners, self.faces, mesh.normals_domain, self.uv, names)
 
     def normals(self) -> np.ndarray:
-        normals = np.empty((self.corners, 3), np.float32)
-        self.mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
-        return normals
+        return arrays.read(self.mesh.corner_normals, "vector", self.corners, 3, np.float32, self.borrow)
+
+    def shading_normals(self) -> tuple[np.ndarray | None, bool]:
+        """Normals (C, 3), or None where all faces are flat; whether they are one a vertex and not one a corner.
+
+        One a vertex where no edge is sharp and nothing else is said corner by corner: a third of the memory.
+        """
+        mesh = self.mesh
+        if mesh.normals_domain == "FACE":
+            return None, False
+        corner_wise = self.tangents or any(domain == "corner" for _, domain, _ in self.attributes)
+        if mesh.normals_domain != "POINT" or corner_wise:
+            return self.normals(), False
+        return arrays.read(mesh.vertex_normals, "vector", self.vertices, 3, np.float32, self.borrow), True
 
     def tangent_attributes(self, vertices: np.ndarray, corners: np.ndarray, normals: np.ndarray | None) -> list[tuple]:
         """Tangents that materials ask for, as corner attributes. vertices, corners: (T, 3)."""
@@ -184,13 +193,18 @@ class _Reader:
         return found
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """Corners of the triangles (T, 3), and the face of each or None where triangle i is face i."""
+        """Corners of the triangles (T, 3), and the face of each or None where triangle i is face i.
+
+        Corners that belong to Blender are not writeable: to be copied where they are kept.
+        """
         if self.corners == 3 * self.faces:
             return _in_order(self.corners).reshape(-1, 3), None
         triangles = self.mesh.loop_triangles
         count = len(triangles)
-        corners = np.empty((count, 3), np.int32)
-        triangles.foreach_get("loops", corners.reshape(-1))
+        corners = arrays.in_place(triangles, "loops", count, 3, np.int32) if count else None
+        if corners is None:
+            corners = np.empty((count, 3), np.int32)
+            triangles.foreach_get("loops", corners.reshape(-1))
         faces = np.empty(count, np.int32)
         self.mesh.loop_triangle_polygons.foreach_get("value", faces)
         return corners.view(np.uint32), faces
@@ -225,6 +239,7 @@ class MeshSync:
         self._scene, self._ids, self._notes = scene, ids, notes
         self._records: dict[tuple, MeshRecord] = {}
         self.compare = True  # False: the scene is synced once only, so digests are not worth their time
+        self.borrow = False  # the core takes arrays where Blender has them: until the sync ends, nobody changes them
         self.uploaded = 0
 
     def known(self, key: tuple, wanted: frozenset, slot_count: int, sync: int, changed: bool) -> MeshRecord | None:
@@ -238,13 +253,16 @@ class MeshSync:
         record.seen = sync
         return record
 
-    def upsert(self, key: tuple, mesh, slot_count: int, wanted: frozenset, sync: int) -> MeshRecord:
-        """Reads a mesh and uploads it if it differs from what the core has. Empty meshes get triangles == 0."""
+    def upsert(self, key: tuple, mesh, slot_count: int, wanted: frozenset, sync: int, passing=False) -> MeshRecord:
+        """Reads a mesh and uploads it if it differs from what the core has. Empty meshes get triangles == 0.
+
+        passing: the mesh is gone before the sync ends.
+        """
         record = self._records.get(key)
         if record is None:
             record = self._records[key] = MeshRecord(self._ids.get(("mesh-data", *key)))
         record.seen = record.read = sync
-        reader = _Reader(mesh, wanted, self._notes)
+        reader = _Reader(mesh, wanted, self._notes, self.borrow and not passing)
         slots_read = 0 if reader.face_slots is None else min(slot_count, MAX_SLOTS)
         digest = (*reader.digest(), slots_read) if self.compare else ()
         record.wanted = wanted
@@ -269,7 +287,7 @@ class MeshSync:
         )
         slots = _slots(reader, faces, slot_count)
         positions = reader.positions
-        normals = None if mesh.normals_domain == "FACE" else reader.normals()
+        normals, at_vertices = reader.shading_normals()
         attributes = reader.attributes + reader.tangent_attributes(vertices, corners, normals)
         if faces is not None:
             attributes = [
@@ -290,6 +308,10 @@ class MeshSync:
             if not len(vertices):
                 return 0
         names = [name for name, _, _ in attributes]
+        if (normals is None or at_vertices) and all(domain != "corner" for _, domain, _ in attributes):
+            corners = None
+        elif faces is not None and not corners.flags.writeable and not reader.borrow:
+            corners = corners.copy()
         self._scene.upsert_mesh(
             record.id,
             mesh.name,

@@ -4,6 +4,8 @@
 import time
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..nodes import compile_lamp, compile_material, compile_world
 from . import instance as instances
 from .build import Edits
@@ -13,6 +15,7 @@ from .instance import Group, InstanceSync
 from .light import LightSync
 from .material import MaterialSync
 from .mesh import MAX_SLOTS, MeshSync
+from .moves import plain_moves
 from .problems import Notes, naming
 from .updates import Updates, edits_so_far
 from .world import WorldSync
@@ -72,6 +75,8 @@ class SceneSync:
         self.usable = True  # False: edits were forgotten, so the core's scene may lack what the parts believe it has
         self._complete = False
         self._last_edit = 0
+        self._last: instances.Collected | None = None  # what the core's instances and lamps are
+        self._last_space = False  # a 3D viewport decided what was seen
         self._groups: dict[tuple[int, int], _KnownGroup | None] = {}  # by session_uid of object and instancer
         self._layers = None  # what layer collections said about their objects
 
@@ -84,6 +89,7 @@ class SceneSync:
         next_frame=False,
         once=False,
         build=None,
+        borrow=False,
         updates=None,
         space=None,
     ) -> dict:
@@ -93,6 +99,8 @@ class SceneSync:
         `next_frame`: nothing but time has passed since the last sync. `once`: there will be no other.
         `build()`: Session.sync. On the first sync it is called on another thread while Blender's data is read, and the
         result's "early" is the sum of what it returned (seconds that lie within the export's).
+        `borrow`: what `build` takes onto the device it need not have as a copy, as where the device shares the host's
+        memory: meshes' arrays are read where Blender has them.
         `updates`: what changed, in place of what the graph says now. `space`: the 3D viewport that decides what is
         seen, besides the scene.
         `breathe()` is called often and may raise Cancelled; the next sync then compares everything, or is another
@@ -108,40 +116,36 @@ class SceneSync:
         # With nothing synced before, further commits in this frame cannot take motion away.
         self._edits.begin(build if self._sync == 1 else None)
         self.meshes.uploaded, self.meshes.compare = 0, not once
+        self.meshes.borrow = borrow and self._edits.early
         view_layer = depsgraph.view_layer_eval
         self.images.begin(updates)
         self.materials.begin(updates, view_layer.material_override)
         world = getattr(view_layer, "world_override", None) or depsgraph.scene_eval.world
         with naming("World", world.name if world is not None else "none"):
             self.world.prepare(world, updates)
-        self.materials.sync(depsgraph)
+        last, self._last = self._last, None  # until all of it was sent
+        moved = self._moved(depsgraph, updates, space, last)
+        if moved is None:
+            self.materials.sync(depsgraph)
         after_materials = time.perf_counter()
 
         try:
-            return self._sync_objects(depsgraph, updates, space, breathe, (start, after_materials))
+            collected, still = moved or self._walk(depsgraph, updates, space, breathe, last)
+            return self._send(collected, still, moved is None, space, breathe, (start, after_materials))
         except BaseException:
             self.usable = not self._edits.early
             self._edits.abandon()
             self.images.abandon()
             raise
+        finally:
+            if self.meshes.borrow:
+                self.scene.keep_lent()  # what is not on the device yet: Blender may free it from now on
 
-    def _sync_objects(self, depsgraph, updates, space, breathe, times) -> dict:
+    def _send(self, collected, still, walked: bool, space, breathe, times) -> dict:
+        """Sends what `_walk` or `_moved` found."""
         start, after_materials = times
-        self.lights.begin()
-        frame = _Frame(self, updates, depsgraph.view_layer)
-        layers = _layer_flags(depsgraph.view_layer.layer_collection)
-        if layers != self._layers:
-            self._groups, self._layers = {}, layers
-
-        def breathe_and_send():
-            breathe()
-            self.images.send_decoded()
-
-        collected = instances.collect(depsgraph, frame.enter, breathe_and_send, space)
-        self._groups = frame._remembered
         after_meshes = time.perf_counter()
-
-        self.instances.sync(collected, breathe)
+        self.instances.sync(collected, still, breathe)
         self.images.send_decoded(breathe)
         self._edits.start_last()
         found = self.images.load(breathe)
@@ -150,14 +154,10 @@ class SceneSync:
         self.images.send(found)
         with naming("World", self.world.name):
             self.world.apply()
-        for number, group in enumerate(collected.groups):
-            if group.kind == "LIGHT":
-                self._place_lights(group, number, collected)
-        self.lights.remove_unseen()
-        self.meshes.remove_unseen(self._sync)
-        self.materials.remove_unseen()
-        self.images.remove_unseen()
-        self._complete = True
+        self.lights.sync(collected, still)
+        if walked:  # otherwise all is still in use, and not marked so
+            self._remove_unseen()
+        self._complete, self._last, self._last_space = True, collected, space is not None
         end = time.perf_counter()
         self.seconds = {
             "materials": after_materials - start,
@@ -175,12 +175,50 @@ class SceneSync:
             "early": _sum(self._edits.built),
         }
 
-    def _place_lights(self, group: Group, number: int, collected) -> None:
-        for i in ((collected.index == number) & collected.shown).nonzero()[0]:
-            with naming("Light", group.name):
-                self.lights.place(
-                    (*group.key, int(collected.keys[i])), group.name, group.settings, collected.matrices[i]
-                )
+    def _walk(self, depsgraph, updates, space, breathe, last):
+        """All instances, and which of their groups need not be looked at (instance.Collected, Collected.still)."""
+        frame = _Frame(self, updates, depsgraph.view_layer)
+        layers = _layer_flags(depsgraph.view_layer.layer_collection)
+        if layers != self._layers:
+            self._groups, self._layers = {}, layers
+
+        def breathe_and_send():
+            breathe()
+            self.images.send_decoded()
+
+        collected = instances.collect(depsgraph, frame.enter, breathe_and_send, space)
+        self._groups = frame._remembered
+        return collected, collected.still(last)
+
+    def _moved(self, depsgraph, updates, space, last):
+        """The same without looking at all of them, where only plain objects moved; otherwise None."""
+        if last is None or space is not None or self._last_space:
+            return None
+        moves = plain_moves(depsgraph, updates, last)
+        if moves is None:
+            return None
+        frame, groups = _Frame(self, updates, depsgraph.view_layer), []
+        for move in moves:
+            number = last.index[move.row]
+            if number < 0:  # not shown
+                continue
+            before = last.groups[number]
+            group = frame.enter(last.row(move.row), move.object, move.object.data, None)
+            if (group.kind, group.key) != (before.kind, before.key) or group.mesh is not before.mesh:
+                return None  # its mesh's name depends on other objects
+            groups.append((move, group))
+        still = np.ones(len(last.groups), bool)
+        for move, group in groups:
+            obj = move.object
+            still[last.move(move.row, obj.matrix_world, instances.name_hash(obj.name), group)] = False
+        self._groups.update(frame._remembered)
+        return last, still
+
+    def _remove_unseen(self) -> None:
+        """Removes what nothing of a walk used."""
+        self.meshes.remove_unseen(self._sync)
+        self.materials.remove_unseen()
+        self.images.remove_unseen()
 
 
 def _sum(reports: list[dict]) -> dict:
@@ -303,7 +341,7 @@ class _Frame:
         record = state.meshes.known(key, self._wanted, slot_count, sync, changed)
         if record is None and data.is_editmode:
             # A file saved in edit mode: the data is a shell around the editor's mesh and has no arrays of its own.
-            record = state.meshes.upsert(key, obj.to_mesh(), slot_count, self._wanted, sync)
+            record = state.meshes.upsert(key, obj.to_mesh(), slot_count, self._wanted, sync, passing=True)
             obj.to_mesh_clear()
         elif record is None:
             record = state.meshes.upsert(key, data, slot_count, self._wanted, sync)

@@ -35,10 +35,13 @@ class Updates:
         self.blocks: set[int] = set()  # data-blocks of any kind, changed in any way
         self.unnamed = False  # Blender says that something changed, not what: before 5.0 painting comes so
         self.groups = False  # a collection changed: who is in it, what it says about its objects
+        self.moved: set[int] = set()  # objects whose transform changed
+        self.only_moved = False  # nothing is known to have changed but these transforms
         self.any_material = not trusted
         if not trusted:
             return
         self.unnamed = self.any_material = not len(depsgraph.updates)
+        self.only_moved = not self.unnamed
         for update in depsgraph.updates:
             block = update.id
             uid = block.original.session_uid
@@ -58,12 +61,17 @@ class Updates:
                     self.any_material = True
             if update.is_updated_geometry:
                 self.geometry.add(uid)
+            if isinstance(block, bpy.types.Object) and update.is_updated_transform:
+                self.moved.add(uid)
+                self.only_moved &= not (update.is_updated_geometry or update.is_updated_shading)
+            else:
+                self.only_moved = False
 
     @classmethod
     def nothing(cls) -> "Updates":
         """Nothing in Blender's data changed."""
         empty = cls(None, False)
-        empty.trusted, empty.any_material = True, False
+        empty.trusted, empty.any_material, empty.only_moved = True, False, True
         return empty
 
     def joined(self, later: "Updates") -> "Updates":
@@ -73,7 +81,8 @@ class Updates:
         both.any_material = self.any_material or later.any_material
         both.groups = self.groups or later.groups
         both.unnamed = self.unnamed or later.unnamed
-        for kind in ("blocks", "geometry", "materials", "images", "worlds"):
+        both.only_moved = self.only_moved and later.only_moved
+        for kind in ("moved", "blocks", "geometry", "materials", "images", "worlds"):
             setattr(both, kind, getattr(self, kind) | getattr(later, kind))
         return both
 
