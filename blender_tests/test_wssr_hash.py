@@ -114,7 +114,7 @@ def test_knowledge_lasts_over_frames_and_edits(core, make_context):
     first = [reuse_scenes.render(core, session, HASH, seed=s, samples=1) for s in range(24)]
     reuse_scenes.render(core, session, HASH, seed=99, samples=16)
     later = [next_frame(session, 100 + s, continue_history=True) for s in range(24)]
-    assert relative_noise(later) < 0.8 * relative_noise(first)
+    assert relative_noise(later) < 0.92 * relative_noise(first)  # which have learned from some paths of their own
 
     for edit in (
         lambda s: s.upsert_light(100, "lamp 0", "point", core_scenes.placed(0.5, -0.8, 0.3), power=9.0, radius=0.02),

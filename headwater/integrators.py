@@ -383,7 +383,7 @@ INTEGRATORS = {
         Integrator(
             "path",
             "Path Tracing",
-            "One light sample and one bounce at each surface. Unbiased; the reference.",
+            "Light samples by a light tree and one bounce at each surface. Unbiased; the reference.",
             {"light_samples": 1},
         ),
         Integrator(
@@ -428,12 +428,13 @@ INTEGRATORS = {
         Integrator(
             "wssr-hash",
             "World-Space Hash",
-            "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; for any "
-            "number of lights.",
-            {"light_samples": 4, "candidates": 2, "reservoir_memory": 64},
+            "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path tracing "
+            "where lights are few.",
+            {"light_samples": 4, "reservoir_memory": 64},
         ),
     )
 }
+DEFAULT_INTEGRATOR = "wssr-hash"
 ESTIMATORS = (
     ("paper", "Paper", "As the paper describes it, with its artefacts and its bias"),
     (

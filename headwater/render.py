@@ -6,6 +6,7 @@ import re
 
 from headwater import interrupt, render_reuse
 from headwater.errors import EXIT_INTERRUPTED, EXIT_USAGE, UserError, choose
+from headwater.integrators import DEFAULT_INTEGRATOR
 from headwater.output import check_output, frame_path
 from headwater.progress import Progress
 from headwater.render_request import BOUNCES, Request
@@ -206,7 +207,7 @@ def check_names(request: Request) -> None:
 
     core = load()
     decided = request.integrator is not None or not request.file.lower().endswith(BLEND)
-    render_reuse.check(core, request.integrator or "path", request.estimator, request.reuse if decided else {})
+    render_reuse.check(core, request.integrator or DEFAULT_INTEGRATOR, request.estimator, request.reuse if decided else {})
     known = [name for name, _ in core.all_passes()]
     if request.passes == ["all"]:
         request.passes = known

@@ -7,6 +7,7 @@ from headwater import __version__, denoiser, interrupt
 from headwater.core import load
 from headwater.errors import EXIT_USAGE, UserError, first_line
 from headwater.image_io import write_exr, write_png
+from headwater.integrators import DEFAULT_INTEGRATOR
 
 DEFAULT_SAMPLES = 64
 DEFAULT_HEIGHT = 720
@@ -49,7 +50,7 @@ def render_settings(request, width, height, passes) -> dict:
     settings = {"width": width, "height": height, "samples": samples, "passes": passes}
     settings |= request.bounces | request.reuse
     settings["region"] = request.check_region(width, height) or (0, 0, width, height)
-    settings["integrator"] = request.integrator or "path"
+    settings["integrator"] = request.integrator or DEFAULT_INTEGRATOR
     for key, value in (
         ("time_limit", request.time_limit),
         ("seed", request.seed),

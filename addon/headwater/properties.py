@@ -9,7 +9,7 @@ docs/manual/settings.md. The groups here hold the same settings, with Cycles' de
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from headwater.integrators import ESTIMATORS, INTEGRATORS
+from headwater.integrators import DEFAULT_INTEGRATOR, ESTIMATORS, INTEGRATORS
 
 from . import reuse_properties
 
@@ -46,7 +46,7 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
         name="Integrator",
         description="How light is transported",
         items=tuple((each.name, each.label, each.description.rstrip(".")) for each in INTEGRATORS.values()),
-        default="path",
+        default=DEFAULT_INTEGRATOR,
     )
     estimator: EnumProperty(
         name="Estimator",

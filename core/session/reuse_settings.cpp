@@ -65,7 +65,7 @@ std::vector<IntegratorInfo> make_table() {
   return {
       {"path",
        "Path Tracing",
-       "One light sample and one bounce at each surface. Unbiased; the reference.",
+       "Light samples by a light tree and one bounce at each surface. Unbiased; the reference.",
        {"light_samples"},
        {}},
       {"restir", "ReSTIR",
@@ -90,9 +90,8 @@ std::vector<IntegratorInfo> make_table() {
        grid_defaults},
       {"wssr-hash",
        "World-Space Hash",
-       "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; for any number "
-       "of "
-       "lights.",
+       "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path tracing "
+       "where lights are few.",
        {"light_samples", "reservoir_memory"},
        hash},
   };
