@@ -12,6 +12,8 @@ import weakref
 import bpy
 from bpy.app.handlers import persistent
 
+from headwater import temporal
+
 from .. import denoising, handlers, log, native, options, preferences, render_settings
 from ..sync.camera import lens_settings, rigid
 from ..sync.problems import SyncError
@@ -149,7 +151,9 @@ class View:
         channel = shown_pass(space)
         given = options.current()
         recipe, denoise_from = (denoising.viewport_recipe(scene) if channel == "Combined" else None) or (None, 0)
-        passes = [channel, *(recipe.guides if recipe else ())]
+        carried = channel == "Combined" and scene.headwater.use_preview_history
+        passes = [channel, *(recipe.guides if recipe else ()), *(temporal.GUIDES if carried else ())]
+        passes = list(dict.fromkeys(passes))
         settings = render_settings.build(scene, view_layer, frame, passes, given)
         for name in ("width", "height", "region", "samples", "first_sample"):
             settings.pop(name, None)
@@ -165,6 +169,7 @@ class View:
             settings=tuple(sorted((name, _frozen(value)) for name, value in settings.items())),
             samples=source.preview_samples or 2**20,
             channel=channel,
+            carried=carried,
             denoise=recipe,
             denoise_from=denoise_from,
             device=render_settings.device_choice(scene, preferences.chosen_device(), given),
