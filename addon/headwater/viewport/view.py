@@ -15,7 +15,7 @@ from bpy.app.handlers import persistent
 from headwater import temporal
 
 from .. import denoising, handlers, log, native, options, preferences, render_settings
-from ..sync.camera import lens_settings, rigid
+from ..sync.camera import lens_settings, panorama_settings, rigid
 from ..sync.problems import SyncError
 from ..sync.state import SceneSync
 from ..sync.updates import Updates
@@ -141,12 +141,9 @@ class View:
         rv3d = context.region_data
         through = rv3d.view_perspective == "CAMERA"
         camera_object = (space.camera if space.use_local_camera else scene.camera) if through else None
-        clip, lens = (space.clip_start, space.clip_end), {}
         if camera_object is not None and camera_object.type == "CAMERA":
             camera_object = camera_object.evaluated_get(depsgraph)
-            clip = (camera_object.data.clip_start, camera_object.data.clip_end)
-            lens = lens_settings(camera_object, rigid(camera_object.matrix_world))
-        camera = view_camera.from_matrices(rv3d.window_matrix, rv3d.view_matrix, clip, lens)
+        camera = _camera(space, rv3d, scene, camera_object, size)
         frame = render_settings.Frame(size[0], size[1], 0, 0, *size)
         channel = shown_pass(space)
         given = options.current()
@@ -233,6 +230,26 @@ def _hidden_here(space) -> tuple:
     return (local, space.use_local_collections, kinds) if local or space.use_local_collections or kinds else ()
 
 
+def _camera(space, rv3d, scene, camera_object, size) -> view_camera.ViewCamera:
+    """What the viewport sees with; camera_object: the evaluated one that it looks through, None in free views."""
+    if camera_object is None or camera_object.type != "CAMERA":
+        return view_camera.from_matrices(rv3d.window_matrix, rv3d.view_matrix, (space.clip_start, space.clip_end))
+    data, matrix = camera_object.data, rigid(camera_object.matrix_world)
+    clip, lens = (data.clip_start, data.clip_end), lens_settings(camera_object, matrix)
+    if data.type != "PANO":
+        return view_camera.from_matrices(rv3d.window_matrix, rv3d.view_matrix, clip, lens)
+    panorama = panorama_settings(data, scene.render, render_settings.frame_of(scene.render)) or {}
+    rectangle = _frame(rv3d, scene, camera_object, size)
+    return view_camera.from_panorama(matrix, rectangle, *size, {"clip": clip, **lens, **panorama})
+
+
+def _frame(rv3d, scene, camera_object, size) -> tuple[float, float, float, float]:
+    """Where the frame of the camera that a viewport looks through lies in it, in pixels."""
+    matrix = camera_object.matrix_world.normalized()
+    corners = [matrix @ corner for corner in camera_object.data.view_frame(scene=scene)]
+    return view_camera.frame_rectangle(corners, rv3d.perspective_matrix, *size)
+
+
 def _region(space, rv3d, scene, camera_object, size) -> tuple[int, int, int, int]:
     """The render region in pixels: all of the viewport where there is none."""
     whole = (0, 0, *size)
@@ -249,9 +266,7 @@ def _region(space, rv3d, scene, camera_object, size) -> tuple[int, int, int, int
     render = scene.render
     if not render.use_border or camera_object.type != "CAMERA":
         return whole
-    matrix = camera_object.matrix_world.normalized()
-    corners = [matrix @ corner for corner in camera_object.data.view_frame(scene=scene)]
-    rectangle = view_camera.frame_rectangle(corners, rv3d.perspective_matrix, *size)
+    rectangle = _frame(rv3d, scene, camera_object, size)
     border = (render.border_min_x, render.border_min_y, render.border_max_x, render.border_max_y)
     return view_camera.part(rectangle, border, *size)
 
