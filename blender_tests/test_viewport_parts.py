@@ -195,7 +195,11 @@ def test_panoramas_fill_the_cameras_frame():
     made = camera.from_panorama(placed(), (100, 50, 500, 250), 640, 480, {"clip": (0.1, 9), "panorama": "mirror_ball"})
     left, right, bottom, top = made.plane
     assert made.kind == "panoramic" and dict(made.settings)["panorama"] == "mirror_ball"
-    for pixel, at, low, high, size in ((100, 0, left, right, 640), (500, 1, left, right, 640), (50, 0, bottom, top, 480)):
+    for pixel, at, low, high, size in (
+        (100, 0, left, right, 640),
+        (500, 1, left, right, 640),
+        (50, 0, bottom, top, 480),
+    ):
         assert low + (high - low) * pixel / size == pytest.approx(at)
     assert np.frombuffer(made.rows, np.float32).reshape(3, 4) == pytest.approx(placed()[:3], abs=1e-6)
     with pytest.raises(ValueError, match="no size"):

@@ -366,7 +366,9 @@ class Worker:
             self._first_sample = 0
             return
         self._history.advance()
-        self._first_sample = (self._first_sample + max(self._refinement.samples, 1)) % 2**24
+        # After a finished picture nothing is to be gained by others: equal scenes give equal pictures.
+        done = self._refinement.finished
+        self._first_sample = 0 if done else (self._first_sample + max(self._refinement.samples, 1)) % 2**24
 
     def _render(self, request: Request, slice_) -> bool:
         """Whether the slice was rendered in full."""
