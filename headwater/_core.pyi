@@ -249,8 +249,8 @@ class Scene:
         rotation: radians. ratio: of the aperture, 1: round.
         panorama: "equirectangular", range: longitude from, to, latitude from, to, radians; "fisheye_equidistant": field
             of view, radians; "fisheye_equisolid": focal length, field of view, width and height of the sensor;
-            "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height from, to over the radius.
-            What a kind does not say is not looked at.
+            "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height from, to over the
+            radius. What a kind does not say is not looked at.
         """
 
     def clear(self) -> None:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures carried on while scrubbing with a moving lamp, and the view through a fisheye, in a window.
 
-While the lamp moves every frame is looked at as soon as it is there. With pictures carried on they must be nearer to what
-they become than without; a picture with all its samples must be the same within noise either way.
+While the lamp moves every frame is looked at as soon as it is there. With pictures carried on they must be nearer to
+what they become than without; a picture with all its samples must be the same within noise either way. Blender quits
+while the viewport renders.
 """
 
 import sys

@@ -5,6 +5,7 @@ Nothing here waits for rendering. When the worker holds the scene (it is buildin
 synced at the next draw.
 """
 
+import atexit
 import time
 import traceback
 import weakref
@@ -51,6 +52,9 @@ class View:
         self.draws = 0
         self.synced_at = 0.0  # time.perf_counter() of the last sync's end
         _views.add(self)
+        # Blender quits without a word to add-ons. Before the core's own end, which comes first where it came last.
+        atexit.unregister(close_all)
+        atexit.register(close_all)
 
     def close(self, seconds: float = 0.0) -> None:
         self.closed = True
@@ -340,3 +344,4 @@ def register():
 def unregister():
     handlers.remove(_handlers)
     close_all()
+    atexit.unregister(close_all)
