@@ -15,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import Session, addon
 
-FRAMES, SAMPLES = 12, 64
+FRAMES, SAMPLES = 12, 24
 
 
 def shown(session) -> np.ndarray:
@@ -86,7 +86,7 @@ def steps(session):
         yield from scrub(session)
         session.shot(f"scrub_{'carried' if carried else 'alone'}")
         early[carried] = session.early
-        yield from session.settled(SAMPLES, 120)
+        yield from session.settled(SAMPLES, 300)
         whole[carried] = shown(session)
     reference = 0.5 * (whole[False] + whole[True])
     error = {key: float(np.mean((pictures[-1] - reference) ** 2)) for key, pictures in early.items()}
