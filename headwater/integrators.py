@@ -430,7 +430,7 @@ INTEGRATORS = {
             "World-Space Hash",
             "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; for any "
             "number of lights.",
-            {"light_samples": 4, "candidates": 2, "reservoir_memory": 64},
+            {"light_samples": 4, "reservoir_memory": 64},
         ),
     )
 }
