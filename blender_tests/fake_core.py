@@ -142,7 +142,19 @@ class Scene:
         self.log.append(("world", 0))
 
     def set_camera(
-        self, kind, matrix, plane, *, clip, aperture_radius=0, focus_distance=1, blades=0, rotation=0, ratio=1
+        self,
+        kind,
+        matrix,
+        plane,
+        *,
+        clip,
+        aperture_radius=0,
+        focus_distance=1,
+        blades=0,
+        rotation=0,
+        ratio=1,
+        panorama="equirectangular",
+        range=(0, 0, 0, 0),
     ):
         _array("camera", matrix, np.float32, 3, 4)
         self.camera = {k: v for k, v in locals().items() if k != "self"}

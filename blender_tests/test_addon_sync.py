@@ -423,9 +423,11 @@ def test_camera_depth_of_field_scale_and_panorama(tmp_path):
             camera.panorama_type = "EQUIRECTANGULAR"
         show(pano=sync(), notes=notes.take())
         if hasattr(camera, "panorama_type"):
-            camera.panorama_type = "FISHEYE_EQUIDISTANT"
+            camera.panorama_type, camera.fisheye_fov = "FISHEYE_EQUIDISTANT", 2.5
+            show(fisheye=sync(), silent=notes.take())
+            camera.panorama_type = "FISHEYE_LENS_POLYNOMIAL"
             sync()
-            show(fisheye=notes.take())
+            show(polynomial=notes.take())
         """,
         tmp_path,
     )
@@ -434,7 +436,11 @@ def test_camera_depth_of_field_scale_and_panorama(tmp_path):
     assert persp["matrix"] == [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 10]]  # the object's scale is no part of it
     assert facts["ortho"]["kind"] == "orthographic" and facts["ortho"]["aperture_radius"] == pytest.approx(0.25)
     assert facts["pano"]["kind"] == "panoramic" and facts["notes"] == []
-    assert "fisheye" not in facts or "fisheye" in facts["fisheye"][0].lower()
+    assert facts["pano"]["aperture_radius"] == persp["aperture_radius"]
+    if "fisheye" in facts:
+        assert facts["fisheye"]["panorama"] == "fisheye_equidistant" and facts["silent"] == []
+        assert facts["fisheye"]["range"][0] == pytest.approx(2.5)
+        assert "panorama" in facts["polynomial"][0]
 
 
 def test_lights(tmp_path):

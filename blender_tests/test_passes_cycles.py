@@ -149,3 +149,68 @@ def test_vectors_of_an_animation(tmp_path):
     assert facts["back"][0] < 2e-3 and facts["back"][1] < 0.05, facts
     # The next frame is not known: taken to move on as it did from the last.
     assert facts["on"][0] < 0.02 and facts["on"][1] < 0.1, facts
+
+
+PANORAMAS = """
+import pass_scene, engine_pictures as ep
+pass_scene.build(scene, card_seen=False, size=(48, 40))
+ep.passes(scene.view_layers[0], ("z", "position", "vector", "uv"), False)
+camera = scene.camera.data
+camera.type, camera.sensor_width, camera.lens = "PANO", 30, 50
+camera.dof.focus_distance, camera.dof.aperture_fstop = 5.0, 0.02
+found = dict()
+for name, values in {kinds}:
+    camera.panorama_type = name.split()[0]
+    camera.dof.use_dof = name.endswith("blurred")
+    for key, value in values.items():
+        setattr(camera, key, value)
+    pair = []
+    for engine in ("CYCLES", "HEADWATER"):
+        scene.frame_set(2)
+        pair.append(ep.picture(engine, tmp, 64 if camera.dof.use_dof else 16))
+    facts = dict()
+    for kind in ("Depth", "Position", "Vector", "UV", "Combined"):
+        a, b = (picture[kind][..., 3:] if kind == "Combined" else picture[kind][..., :2] for picture in pair)
+        difference = np.abs(a - b).max(-1) / (1.0 + np.abs(a).max(-1))
+        facts[kind] = dict(
+            bad=float((difference > 2e-3).mean()), q90=float(np.quantile(difference, 0.9)),
+            mean=float(np.abs(a.mean((0, 1)) - b.mean((0, 1))).max()), shown=float(np.ptp(a)),
+        )
+    facts["corners"] = [float(picture["Combined"][0, 0, :3].max()) for picture in pair]
+    found[name] = facts
+show(found=found)
+"""
+
+
+def panoramas(tmp_path, kinds):
+    return run(PANORAMAS.format(kinds=kinds), tmp_path, fake=False, timeout=400)["found"]
+
+
+def test_panoramas(tmp_path):
+    """Depth and position of the pixels' centres, motion, alpha, and that a panorama is black where it shows nothing."""
+    part = dict(longitude_min=-0.7, longitude_max=1.1, latitude_min=-0.8, latitude_max=0.6)
+    kinds = (
+        ("EQUIRECTANGULAR", part),
+        ("FISHEYE_EQUIDISTANT", dict(fisheye_fov=2.6)),
+        ("FISHEYE_EQUISOLID", dict(fisheye_lens=10.5, fisheye_fov=2.2)),
+        ("MIRRORBALL", {}),
+        ("EQUIANGULAR_CUBEMAP_FACE", {}),
+        ("CENTRAL_CYLINDRICAL", dict(central_cylindrical_range_v_min=-1.0, central_cylindrical_range_v_max=0.7)),
+    )
+    for name, facts in panoramas(tmp_path, kinds).items():
+        for kind in ("Depth", "Position"):
+            assert facts[kind]["bad"] < 0.01, (name, kind, facts)
+        assert facts["Vector"]["shown"] > 0.5 and facts["Vector"]["q90"] < 0.02, (name, facts)
+        assert facts["Combined"]["bad"] < 0.05, (name, facts)
+        theirs, ours = facts["corners"]
+        assert (ours > 0) == (theirs > 0) == ("FISHEYE" not in name and "BALL" not in name)
+
+
+def test_depth_of_field_of_panoramas(tmp_path):
+    """By a pass that is averaged over the aperture."""
+    wide = dict(longitude_min=-0.7, longitude_max=1.1, latitude_min=-0.8, latitude_max=0.6)
+    kinds = (("EQUIRECTANGULAR blurred", wide), ("FISHEYE_EQUISOLID blurred", dict(fisheye_lens=10.5)))
+    found = panoramas(tmp_path, (("EQUIRECTANGULAR", wide), *kinds))
+    sharp = found.pop("EQUIRECTANGULAR")
+    for name, facts in found.items():
+        assert facts["UV"]["q90"] < 0.08 and facts["UV"]["mean"] < 0.005, (name, facts, sharp)

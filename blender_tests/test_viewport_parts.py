@@ -188,3 +188,19 @@ def test_waiting_ends_when_nothing_waits_any_more():
     with queue.take(final=False) as came:  # the one that gave up does not stand in the way
         assert came
     assert not queue.final_waits_or_renders
+
+
+def test_panoramas_fill_the_cameras_frame():
+    """The picture's corners lie in the frame's, however much more the viewport shows."""
+    made = camera.from_panorama(placed(), (100, 50, 500, 250), 640, 480, {"clip": (0.1, 9), "panorama": "mirror_ball"})
+    left, right, bottom, top = made.plane
+    assert made.kind == "panoramic" and dict(made.settings)["panorama"] == "mirror_ball"
+    for pixel, at, low, high, size in (
+        (100, 0, left, right, 640),
+        (500, 1, left, right, 640),
+        (50, 0, bottom, top, 480),
+    ):
+        assert low + (high - low) * pixel / size == pytest.approx(at)
+    assert np.frombuffer(made.rows, np.float32).reshape(3, 4) == pytest.approx(placed()[:3], abs=1e-6)
+    with pytest.raises(ValueError, match="no size"):
+        camera.from_panorama(placed(), (1, 1, 1, 2), 10, 10, {})

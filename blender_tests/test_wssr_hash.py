@@ -154,3 +154,18 @@ def test_no_light_at_all_is_dark(core, make_context):
     scene = core.Scene()
     reuse_scenes.room(scene)
     assert not reuse_scenes.render(core, core.Session(make_context(), scene), HASH, samples=2).any()
+
+
+def test_cells_in_use_are_counted(core, make_context):
+    """None more than there is place for, more where more is seen, none for integrators that have none."""
+    scene = hidden_lamps(core)
+    session = core.Session(make_context(), scene)
+
+    def stats(integrator, size, samples):
+        core_scenes.picture(core, None, scene, size, session, integrator=integrator, samples=samples)
+        return session.stats()
+
+    few, many = stats(HASH, 8, 1), stats(HASH, 64, 4)
+    assert few["light_cells"] == many["light_cells"]
+    assert 0 < few["light_cells_used"] < many["light_cells_used"] <= many["light_cells"]
+    assert "light_cells" not in stats("restir", 8, 1)

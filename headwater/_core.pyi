@@ -235,15 +235,22 @@ class Scene:
         blades: int = 0,
         rotation: float = 0.0,
         ratio: float = 1.0,
+        panorama: str = "equirectangular",
+        range: tuple[float, float, float, float] = (-3.1415927, 3.1415927, -1.5707964, 1.5707964),
     ) -> None:
         """
         Sets the camera.
 
         kind: "perspective", "orthographic" or "panoramic". matrix: (3, 4), it looks along its -Z, Y is up.
         plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in metres
-            (orthographic). clip: (start, end), metres along the viewing direction.
+            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres along
+            the viewing direction.
         aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.
         rotation: radians. ratio: of the aperture, 1: round.
+        panorama: "equirectangular", range: longitude from, to, latitude from, to, radians; "fisheye_equidistant": field
+            of view, radians; "fisheye_equisolid": focal length, field of view, width and height of the sensor;
+            "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height from, to over the
+            radius. What a kind does not say is not looked at.
         """
 
     def clear(self) -> None:

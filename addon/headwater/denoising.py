@@ -9,6 +9,7 @@ from headwater.denoiser import Recipe
 from .render_settings import cycles_of
 
 _ASK_SECONDS = 0.05  # between two looks at Esc
+PREVIEW = Recipe("RGB_ALBEDO", "FAST", "BALANCED")  # of material, world and light previews
 
 
 def recipe(scene, view_layer, options) -> Recipe | None:

@@ -136,8 +136,10 @@ def _export(engine, depsgraph) -> Job:
             raise Cancelled
 
     wanted = passes.wanted(scene, view_layer, given)
-    denoise = None if engine.is_preview else denoising.recipe(scene, view_layer, given)
-    if denoise is not None and denoiser.unavailable():
+    denoise = denoising.PREVIEW if engine.is_preview else denoising.recipe(scene, view_layer, given)
+    if engine.is_preview and denoiser.unavailable():
+        denoise = None  # Blender shows no report of a preview
+    elif denoise is not None and denoiser.unavailable():
         engine.report({"WARNING"}, f"Headwater: not denoised: {denoiser.unavailable()}")
         denoise = None
     before = passes.has_motion(wanted) and motion.sync_frame_before(engine, state, depsgraph, frame, breathe)

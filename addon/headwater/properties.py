@@ -99,6 +99,13 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     preview_samples: IntProperty(
         name="Viewport Samples", description="Samples a pixel in the viewport; 0: no end", min=0, default=1024
     )
+    use_preview_history: BoolProperty(
+        name="Carry Pictures On",
+        description="Average a viewport's picture with the last one, where it shows the same surfaces in the same "
+        "light: less noise while scrubbing and orbiting, for light that may lag behind by its noise. A picture that "
+        "has all its samples has nothing of another in it",
+        default=True,
+    )
     preview_pause: BoolProperty(name="Pause", description="Pause rendering in viewports", default=False)
     time_limit: FloatProperty(
         name="Time Limit", description="Stop after this time; 0: none", min=0.0, default=0.0, unit="TIME_ABSOLUTE"

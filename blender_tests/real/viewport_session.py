@@ -194,6 +194,7 @@ def steps(session):
     scene.headwater.use_cycles_settings = False
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 96, 64, 100
     scene.headwater.samples = 4
+    scene.headwater.use_preview_history = False  # equal scenes are to give equal pictures; carried_session.py is of it
     if scene.world is None:
         scene.world = bpy.data.worlds.new("World")
     session.space.shading.type = "RENDERED"

@@ -3,6 +3,8 @@
 #include "reservoirs/light_cells.h"
 
 #include <algorithm>
+#include <span>
+#include <vector>
 
 namespace hw {
 
@@ -27,6 +29,12 @@ LightCells::LightCells(Device& device, std::uint64_t bytes) : buckets_(buckets_i
 }
 
 std::uint64_t LightCells::bytes() const { return cells_->bytes() + tags_->bytes() + requests_->bytes(); }
+
+std::uint32_t LightCells::used(Device& device) const {
+  std::vector<std::uint32_t> tags(count());
+  device.read(*tags_, 0, std::as_writable_bytes(std::span(tags)));
+  return static_cast<std::uint32_t>(tags.size() - std::count(tags.begin(), tags.end(), 0u));
+}
 
 void LightCells::fill(LightCellFrame& frame) const {
   frame.cells = cells_->address();

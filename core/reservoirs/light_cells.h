@@ -21,6 +21,8 @@ class LightCells {
   std::uint32_t buckets() const { return buckets_; }
   std::uint32_t count() const { return buckets_ * HW_LIGHT_CELL_WAYS; }
   std::uint64_t bytes() const;
+  // How many hold something. Reads the tags back: the device must be the caller's.
+  std::uint32_t used(Device& device) const;
   // Points a frame's parameters at the table.
   void fill(LightCellFrame& frame) const;
 

@@ -199,8 +199,6 @@ void Scene::set_camera(const CameraData& camera) {
   check_camera(camera);
   Impl& scene = *impl_;
   CameraData next = camera;
-  if (next.type == HW_CAMERA_PANORAMIC)
-    next.left = next.bottom = -1, next.right = next.top = 1;  // it has no picture plane
   if (!scene.has_camera) {
     invert(next.camera_to_world, next.previous_world_to_camera);
     copy_plane(next, next);

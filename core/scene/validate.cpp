@@ -296,15 +296,28 @@ void check_world(const WorldData& world) {
     fail(label, "importance_width is " + std::to_string(world.importance_width) + ": at most 16384");
 }
 
+void check_panorama(const std::string& label, const CameraData& camera) {
+  if (camera.panorama >= HW_PANORAMA_KINDS)
+    fail(label, "unknown kind of panorama (" + std::to_string(camera.panorama) + ")");
+  const float* range = camera.panorama_range;
+  require_finite(label, range, 4, "the panorama's range");
+  const bool fisheye = camera.panorama == HW_PANORAMA_FISHEYE_EQUIDISTANT;
+  const bool equisolid = camera.panorama == HW_PANORAMA_FISHEYE_EQUISOLID;
+  const bool ranges = camera.panorama == HW_PANORAMA_EQUIRECTANGULAR || camera.panorama == HW_PANORAMA_CYLINDRICAL;
+  if (fisheye && !(range[0] > 0)) fail(label, "the fisheye's field of view must be above 0");
+  if (equisolid && !(range[0] > 0 && range[1] > 0 && range[2] > 0 && range[3] > 0))
+    fail(label, "the fisheye's lens, field of view and sensor must be above 0");
+  if (ranges && !(range[1] > range[0] && range[3] > range[2])) fail(label, "the panorama's range is empty");
+}
+
 void check_camera(const CameraData& camera) {
   const std::string label = "camera";
   if (camera.type > HW_CAMERA_PANORAMIC) fail(label, "unknown kind of camera (" + std::to_string(camera.type) + ")");
   require_finite(label, camera.camera_to_world, 12, "its matrix");
   const float plane[4] = {camera.left, camera.right, camera.bottom, camera.top};
-  if (camera.type != HW_CAMERA_PANORAMIC) {
-    require_finite(label, plane, 4, "the picture plane");
-    if (!(camera.right > camera.left) || !(camera.top > camera.bottom)) fail(label, "the picture plane has no area");
-  }
+  require_finite(label, plane, 4, "the picture plane");
+  if (!(camera.right > camera.left) || !(camera.top > camera.bottom)) fail(label, "the picture plane has no area");
+  if (camera.type == HW_CAMERA_PANORAMIC) check_panorama(label, camera);
   float inverse[12];
   if (!invert(camera.camera_to_world, inverse)) fail(label, "its matrix can't be inverted");
   require_not_negative(label, camera.clip_start, "clip_start");

@@ -42,8 +42,7 @@ bool bsdf_hits_emit(const Tables& tables) {
 
 // What a pixel is wide: per metre of distance, or in metres where the camera is orthographic.
 float pixel_size(const CameraRecord& camera, std::uint32_t width) {
-  const float across = camera.type == HW_CAMERA_PANORAMIC ? 6.2831853f : camera.right - camera.left;
-  return across / static_cast<float>(width);
+  return camera_width(camera) / static_cast<float>(width);
 }
 
 // HW_FRAME_* of the scene.

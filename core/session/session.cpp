@@ -138,6 +138,7 @@ struct Session::Impl {
   mutable std::mutex mutex;  // guards what follows, and that `film` and `settings` are another's
   std::condition_variable ended;
   SyncReport last_sync;
+  CellUse cells;
   bool running = false;
   Progress progress;
   std::exception_ptr error;
@@ -393,7 +394,13 @@ std::string Session::stats_json() const {
   Impl& d = *impl_;
   const Progress now = progress();
   std::lock_guard lock(d.mutex);
-  return render_stats_json(*d.context, *d.tracer, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes());
+  // Cells are counted on the device, so not while anyone renders there: then by the last count.
+  if (!d.running && d.reservoirs.light_cells && d.context->begin(nullptr)) {
+    const std::unique_ptr<Context, void (*)(Context*)> until_return(d.context.get(), [](Context* c) { c->end(); });
+    d.cells = {d.reservoirs.light_cells->count(), d.reservoirs.light_cells->used(*d.context->device)};
+  }
+  if (!d.running && !d.reservoirs.light_cells) d.cells = {};
+  return render_stats_json(*d.context, *d.tracer, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes(), d.cells);
 }
 
 }  // namespace hw

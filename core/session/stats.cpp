@@ -49,7 +49,8 @@ class JsonObject {
 }  // namespace
 
 std::string render_stats_json(const Context& context, const Tracer& tracer, const SyncReport& sync,
-                              const Progress& progress, std::uint64_t wave_bytes, std::uint64_t reservoir_bytes) {
+                              const Progress& progress, std::uint64_t wave_bytes, std::uint64_t reservoir_bytes,
+                              const CellUse& cells) {
   JsonObject scene;
   scene.integer("meshes", sync.meshes);
   scene.integer("instances", sync.instances);
@@ -91,6 +92,10 @@ std::string render_stats_json(const Context& context, const Tracer& tracer, cons
   out.number("mrays_per_second", progress.seconds > 0 ? double(progress.rays) / progress.seconds * 1e-6 : 0);
   out.boolean("cancelled", progress.cancelled);
   out.integer("reservoir_bytes", reservoir_bytes);
+  if (cells.count > 0) {
+    out.integer("light_cells", cells.count);
+    out.integer("light_cells_used", cells.used);
+  }
   out.object("stages", stages);
   out.object("stage_calls", calls);
   out.object("memory", memory);

@@ -9,8 +9,14 @@
 
 namespace hw {
 
+// Light cells of `wssr-hash`: how many there is place for, and how many hold something. 0: there are none.
+struct CellUse {
+  std::uint32_t count = 0, used = 0;
+};
+
 // Schema in docs/manual/stats.md.
 std::string render_stats_json(const Context& context, const Tracer& tracer, const SyncReport& sync,
-                              const Progress& progress, std::uint64_t wave_bytes, std::uint64_t reservoir_bytes);
+                              const Progress& progress, std::uint64_t wave_bytes, std::uint64_t reservoir_bytes,
+                              const CellUse& cells);
 
 }  // namespace hw

@@ -3,6 +3,8 @@
 // that every header of light sampling, sampler, filter and camera is valid GLSL.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -15,6 +17,13 @@
 using namespace hw;
 
 namespace {
+
+void set_panorama(CameraRecord& c, uint kind, const std::array<float, 4>& range) {
+  c.panorama = kind;
+  std::copy(range.begin(), range.end(), c.panorama_range);
+  c.left = c.previous_left = c.bottom = c.previous_bottom = 0;
+  c.right = c.previous_right = c.top = c.previous_top = 1;
+}
 
 CameraRecord camera(uint type) {
   CameraRecord c{};
@@ -29,6 +38,7 @@ CameraRecord camera(uint type) {
   c.clip_end = 100;
   c.focus_distance = 4;
   c.aperture_ratio = 1;
+  if (type == HW_CAMERA_PANORAMIC) set_panorama(c, HW_PANORAMA_EQUIRECTANGULAR, {-HW_PI, HW_PI, -HW_PI / 2, HW_PI / 2});
   return c;
 }
 
@@ -101,7 +111,7 @@ TEST_CASE("projection inverts the rays, for every camera, in this frame and the 
       }
       c.previous_world_to_camera[4 * i + 3] = moved;
     }
-    c.previous_right = 1.6f;  // twice as wide
+    c.previous_right = c.left + 2 * (c.right - c.left);  // twice as wide
     for (int i = 0; i < 200; ++i) {
       const vec2 raster(0.02f + 0.96f * uniform(engine), 0.02f + 0.96f * uniform(engine));
       const CameraRay r = ray(c, raster);
@@ -109,7 +119,7 @@ TEST_CASE("projection inverts the rays, for every camera, in this frame and the 
       const vec2 now = camera_project(c, P), before = camera_project_previous(c, P);
       CHECK(std::abs(now.x - raster.x) < 2e-5f);
       CHECK(std::abs(now.y - raster.y) < 2e-5f);
-      CHECK(std::abs(before.x - (type == HW_CAMERA_PANORAMIC ? raster.x : raster.x / 2)) < 2e-5f);
+      CHECK(std::abs(before.x - raster.x / 2) < 2e-5f);
       CHECK(std::abs(before.y - raster.y) < 2e-5f);
     }
   }
@@ -181,6 +191,82 @@ TEST_CASE("a panorama looks ahead in its middle, left at a quarter, up at the to
   CHECK(near(ray(c, vec2(0.3f, 1)).direction, vec3(0, 1, 0)));
   CHECK(near(ray(c, vec2(0, 0.5f)).direction, vec3(0, 0, 1)));
   CHECK(ray(c, vec2(0.1f, 0.2f)).tmin == doctest::Approx(0.1));
+}
+
+TEST_CASE("every panorama: projection inverts the rays, and is as wide as it says") {
+  struct Kind {
+    uint kind;
+    std::array<float, 4> range;
+    float widest;  // distance from the middle within which there is a picture
+  };
+  const Kind kinds[] = {{HW_PANORAMA_EQUIRECTANGULAR, {-1.2f, 2.0f, -0.4f, 0.9f}, 1},
+                        {HW_PANORAMA_FISHEYE_EQUIDISTANT, {3.5f, 0, 0, 0}, 0.5f},
+                        {HW_PANORAMA_FISHEYE_EQUISOLID, {10.5f, 3.0f, 36, 30}, 0.39f},
+                        {HW_PANORAMA_MIRROR_BALL, {0, 0, 0, 0}, 0.5f},
+                        {HW_PANORAMA_CUBE_FACE, {0, 0, 0, 0}, 1},
+                        {HW_PANORAMA_CYLINDRICAL, {-2.5f, 2.5f, -0.5f, 1.5f}, 1}};
+  std::mt19937 engine(7);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (const Kind& k : kinds) {
+    CameraRecord c = camera(HW_CAMERA_PANORAMIC);
+    set_panorama(c, k.kind, k.range);
+    c.left = -0.1f, c.top = 1.3f;  // a viewport sees more than the frame
+    turn(c);
+    for (int i = 0; i < 300; ++i) {
+      const vec2 raster(0.02f + 0.96f * uniform(engine), 0.02f + 0.96f * uniform(engine));
+      const vec2 p(-0.1f + 1.1f * raster.x, 1.3f * raster.y);
+      const bool inside =
+          k.widest == 1 ? p.x > 0 && p.x < 1 && p.y > 0 && p.y < 1 : glm::distance(p, vec2(0.5f)) < 0.98f * k.widest;
+      if (!inside) continue;
+      const CameraRay r = ray(c, raster);
+      CHECK(glm::length(r.direction) == doctest::Approx(1));
+      const vec2 back = camera_project(c, r.at(0.5f + 20 * uniform(engine)));
+      CHECK(std::abs(back.x - raster.x) < 1e-4f);
+      CHECK(std::abs(back.y - raster.y) < 1e-4f);
+    }
+    // Across the middle a small step turns by about the width over its share.
+    if (k.kind == HW_PANORAMA_MIRROR_BALL || k.kind == HW_PANORAMA_FISHEYE_EQUISOLID) continue;
+    const vec3 a = panorama_to_direction(k.kind, camera_panorama_range(c), vec2(0.49f, 0.5f));
+    const vec3 b = panorama_to_direction(k.kind, camera_panorama_range(c), vec2(0.51f, 0.5f));
+    CHECK(glm::distance(a, b) ==
+          doctest::Approx(0.02f * panorama_width(k.kind, camera_panorama_range(c))).epsilon(0.2));
+  }
+}
+
+TEST_CASE("fisheyes and mirror balls show nothing outside their circle") {
+  CameraRecord c = camera(HW_CAMERA_PANORAMIC);
+  set_panorama(c, HW_PANORAMA_FISHEYE_EQUIDISTANT, {3, 0, 0, 0});
+  CHECK(ray(c, vec2(0.01f, 0.01f)).direction == vec3(0));
+  CHECK(near(ray(c, vec2(0.5f, 0.5f)).direction, vec3(0, 0, -1)));
+  CHECK(near(ray(c, vec2(1, 0.5f)).direction, vec3(std::sin(1.5f), 0, -std::cos(1.5f))));
+  set_panorama(c, HW_PANORAMA_FISHEYE_EQUISOLID, {10, 1, 36, 24});  // sees less than the sensor is large
+  CHECK(ray(c, vec2(0.9f, 0.5f)).direction == vec3(0));
+  set_panorama(c, HW_PANORAMA_MIRROR_BALL, {0, 0, 0, 0});
+  CHECK(ray(c, vec2(0.9f, 0.9f)).direction == vec3(0));
+  CHECK(near(ray(c, vec2(0.5f, 0.5f)).direction, vec3(0, 0, -1)));
+  CHECK(near(ray(c, vec2(0.5f + 0.25f * std::sqrt(2.0f), 0.5f)).direction, vec3(1, 0, 0), 1e-3f));
+}
+
+TEST_CASE("a panorama's focus is a sphere, and its aperture faces the ray") {
+  std::mt19937 engine(8);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  CameraRecord c = camera(HW_CAMERA_PANORAMIC);
+  set_panorama(c, HW_PANORAMA_FISHEYE_EQUIDISTANT, {3, 0, 0, 0});
+  c.aperture_radius = 0.2f;
+  CameraRecord pinhole = c;
+  pinhole.aperture_radius = 0;
+  for (const vec2 raster : {vec2(0.5f, 0.5f), vec2(0.9f, 0.4f), vec2(0.2f, 0.7f)}) {
+    const vec3 ahead = ray(pinhole, raster).direction;
+    float widest = 0;
+    for (int i = 0; i < 500; ++i) {
+      const CameraRay r = ray(c, raster, vec2(uniform(engine), uniform(engine)));
+      CHECK(std::abs(glm::dot(r.origin, ahead)) < 1e-5f);
+      CHECK(glm::length(r.origin) <= 0.2001f);
+      CHECK(near(r.at(std::sqrt(16 + glm::dot(r.origin, r.origin))), ahead * 4.0f, 1e-4f));
+      widest = std::max(widest, glm::length(r.origin));
+    }
+    CHECK(widest > 0.18f);
+  }
 }
 
 // Values of Cycles 5.0.1: camera at (0, 0, 5), turned by 0.1 rad about x, mist from 2 over 8 m, quadratic.

@@ -3,7 +3,7 @@
 #ifndef HW_CAMERA_H
 #define HW_CAMERA_H
 #include "../shared/tables.h"
-#include "equirect.h"
+#include "panorama.h"
 #include "warp.h"
 HW_NAMESPACE_BEGIN
 
@@ -12,6 +12,9 @@ HW_FN vec3 camera_to_world_direction(CameraRecord c, vec3 v) {
   return camera_row_transform(vec3(c.camera_to_world[0], c.camera_to_world[1], c.camera_to_world[2]),
                               vec3(c.camera_to_world[4], c.camera_to_world[5], c.camera_to_world[6]),
                               vec3(c.camera_to_world[8], c.camera_to_world[9], c.camera_to_world[10]), v);
+}
+HW_FN vec4 camera_panorama_range(CameraRecord c) {
+  return vec4(c.panorama_range[0], c.panorama_range[1], c.panorama_range[2], c.panorama_range[3]);
 }
 HW_FN vec3 camera_position(CameraRecord c) {
   return vec3(c.camera_to_world[3], c.camera_to_world[7], c.camera_to_world[11]);
@@ -36,26 +39,35 @@ HW_FN vec2 camera_aperture(CameraRecord c, vec2 u) {
 
 // The ray of a picture position. raster01: (0, 0) bottom left to (1, 1) top right of the full frame. lens_u: uniform.
 // World space; direction is of unit length, [tmin, tmax] lies between the clip planes across the viewing direction
-// (spheres for panoramas). With depth of field the planes hold for the centre of the aperture only, as in Cycles.
+// (spheres for panoramas). With depth of field the planes hold for the centre of the aperture only, as in Cycles; a
+// panorama's focus is a sphere. The direction is zero where a panorama shows nothing.
 HW_FN void camera_ray(CameraRecord c, vec2 raster01, vec2 lens_u, HW_OUT(vec3) origin, HW_OUT(vec3) direction,
                       HW_OUT(float) tmin, HW_OUT(float) tmax) {
   vec2 plane = vec2(mix(c.left, c.right, raster01.x), mix(c.bottom, c.top, raster01.y));
   bool orthographic = c.type == HW_CAMERA_ORTHOGRAPHIC;
   bool panoramic = c.type == HW_CAMERA_PANORAMIC;
-  vec2 lens = c.aperture_radius > 0.0f && !panoramic ? camera_aperture(c, lens_u) * c.aperture_radius : vec2(0.0f);
+  vec2 lens = c.aperture_radius > 0.0f ? camera_aperture(c, lens_u) * c.aperture_radius : vec2(0.0f);
   // Camera space, looking along -z. Rays of one picture point meet on the plane of focus.
   vec3 start = orthographic ? vec3(plane + lens, 0.0f) : vec3(lens, 0.0f);
   vec3 focus = orthographic ? vec3(plane, -c.focus_distance) : vec3(plane, -1.0f) * c.focus_distance;
   vec3 towards = orthographic ? vec3(0.0f, 0.0f, -1.0f) : vec3(plane, -1.0f);
   towards = c.aperture_radius > 0.0f ? focus - start : towards;
-  // Equirectangular, as Cycles' default range: the middle of the picture looks along -z of the camera.
-  vec3 sphere = equirect_to_direction(raster01);
-  towards = panoramic ? vec3(-sphere.y, sphere.z, -sphere.x) : towards;
-  vec3 d = normalize(towards);
+  if (panoramic) {
+    towards = panorama_to_direction(c.panorama, camera_panorama_range(c), plane);
+    start = vec3(0.0f);
+    if (c.aperture_radius > 0.0f && dot(towards, towards) > 0.0f) {  // the aperture faces where the ray goes
+      vec3 v = vec3(0.0f, 0.0f, -1.0f) + towards * towards.z;
+      v = dot(v, v) > 1e-12f ? normalize(v) : vec3(1.0f, 0.0f, 0.0f);
+      start = v * lens.x + cross(towards, v) * lens.y;
+      towards = towards * c.focus_distance - start;
+    }
+  }
+  vec3 d = dot(towards, towards) > 0.0f ? normalize(towards) : vec3(0.0f);
   // Ray length per depth: the pinhole ray's for every point of the aperture; orthographic rays keep the depth's length.
   float per_depth = panoramic ? 1.0f : (orthographic ? 1.0f / max(-d.z, 1e-6f) : sqrt(1.0f + dot(plane, plane)));
-  origin = camera_to_world_direction(c, panoramic ? vec3(0.0f) : start) + camera_position(c);
-  direction = normalize(camera_to_world_direction(c, d));
+  origin = camera_to_world_direction(c, start) + camera_position(c);
+  vec3 world = camera_to_world_direction(c, d);
+  direction = dot(world, world) > 0.0f ? normalize(world) : vec3(0.0f);
   tmin = c.clip_start * per_depth;
   tmax = tmin + (c.clip_end - c.clip_start) * (orthographic ? 1.0f : per_depth);
 }
@@ -77,12 +89,17 @@ HW_FN float camera_mist(CameraRecord c, vec3 P, float start, float depth, float 
 }
 
 // Projection of a camera-space point (looking along -z) to raster01.
-HW_FN vec2 camera_project_local(uint type, vec4 plane, vec3 p) {
-  float depth = type == HW_CAMERA_PERSPECTIVE ? max(-p.z, 1e-9f) : 1.0f;
+HW_FN vec2 camera_project_local(CameraRecord c, vec4 plane, vec3 p) {
+  float depth = c.type == HW_CAMERA_PERSPECTIVE ? max(-p.z, 1e-9f) : 1.0f;
   vec2 at = vec2(p.x, p.y) * (1.0f / depth);
-  vec2 flat_raster = vec2((at.x - plane.x) / (plane.y - plane.x), (at.y - plane.z) / (plane.w - plane.z));
-  vec2 sphere = equirect_from_direction(normalize(vec3(-p.z, -p.x, p.y)));
-  return type == HW_CAMERA_PANORAMIC ? sphere : flat_raster;
+  if (c.type == HW_CAMERA_PANORAMIC) at = panorama_from_direction(c.panorama, camera_panorama_range(c), p);
+  return vec2((at.x - plane.x) / (plane.y - plane.x), (at.y - plane.z) / (plane.w - plane.z));
+}
+
+// How wide the frame is per metre of distance; orthographic: in metres.
+HW_FN float camera_width(CameraRecord c) {
+  float across = c.right - c.left;
+  return c.type == HW_CAMERA_PANORAMIC ? across * panorama_width(c.panorama, camera_panorama_range(c)) : across;
 }
 
 // Raster position of a world point in this frame. camera_to_world must be rigid (as the scene makes it).
@@ -91,7 +108,7 @@ HW_FN vec2 camera_project(CameraRecord c, vec3 P) {
   vec3 x = vec3(c.camera_to_world[0], c.camera_to_world[4], c.camera_to_world[8]);
   vec3 y = vec3(c.camera_to_world[1], c.camera_to_world[5], c.camera_to_world[9]);
   vec3 z = vec3(c.camera_to_world[2], c.camera_to_world[6], c.camera_to_world[10]);
-  return camera_project_local(c.type, vec4(c.left, c.right, c.bottom, c.top), camera_row_transform(x, y, z, d));
+  return camera_project_local(c, vec4(c.left, c.right, c.bottom, c.top), camera_row_transform(x, y, z, d));
 }
 
 // Raster position of a world point in the previous frame.
@@ -101,7 +118,7 @@ HW_FN vec2 camera_project_previous(CameraRecord c, vec3 P) {
       vec3(c.previous_world_to_camera[4], c.previous_world_to_camera[5], c.previous_world_to_camera[6]),
       vec3(c.previous_world_to_camera[8], c.previous_world_to_camera[9], c.previous_world_to_camera[10]), P);
   p = p + vec3(c.previous_world_to_camera[3], c.previous_world_to_camera[7], c.previous_world_to_camera[11]);
-  return camera_project_local(c.type, vec4(c.previous_left, c.previous_right, c.previous_bottom, c.previous_top), p);
+  return camera_project_local(c, vec4(c.previous_left, c.previous_right, c.previous_bottom, c.previous_top), p);
 }
 
 HW_NAMESPACE_END

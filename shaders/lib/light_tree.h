@@ -141,6 +141,9 @@ HW_FN float light_tree_first_chance(HW_IN(LightTreeTables) tree, uint child, HW_
   return first > 0.0f ? (second > 0.0f ? chance : 1.0f) : 0.0f;
 }
 
+// In both walks `child` is a node also where there is none: what is the same for all paths, drivers load whether or not
+// any of them is still in the loop (Mesa 26.2's lavapipe: the chance of the world, a tree of one light).
+
 // Draws a light below `node` with u in [0, 1): its index, and the chance of it, given the node. HW_NONE with pdf 0: no
 // light below can contribute. u is left uniform, to be used again. Each step down stretches u; where its 24 bits run
 // out, hashed ones come behind them.
@@ -152,8 +155,10 @@ HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTr
   uint hash = floatBitsToUint(u) ^
               sampler_hash(floatBitsToUint(r.position.x) ^
                            sampler_hash(floatBitsToUint(r.position.y) ^ sampler_hash(floatBitsToUint(r.position.z))));
-  while (links.x != HW_NONE) {
-    float chance = light_tree_first_chance(tree, links.x, r);
+  bool inside = links.x != HW_NONE;
+  uint child = inside ? links.x : node;
+  while (inside) {
+    float chance = light_tree_first_chance(tree, child, r);
     if (chance < 0.0f) {
       pdf = 0.0f;
       return HW_NONE;
@@ -169,7 +174,9 @@ HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTr
       grain = 5.9604644775390625e-8f;
     }
     u = clamp(u, 0.0f, 0.99999994f);
-    links = light_tree_links(tree.nodes, left ? links.x : links.x + 1u);
+    links = light_tree_links(tree.nodes, left ? child : child + 1u);
+    inside = links.x != HW_NONE;
+    child = inside ? links.x : child;
   }
   return HW_LIGHT_TREE_UINT(tree.order, links.y);
 }
@@ -182,13 +189,17 @@ HW_FN float light_tree_chance(HW_IN(LightTreeTables) tree, uint node, uint light
     return 0.0f;
   }
   uvec2 links = light_tree_links(tree.nodes, node);
+  bool inside = links.x != HW_NONE;
+  uint child = inside ? links.x : node;
   float pdf = 1.0f;
-  while (links.x != HW_NONE && pdf > 0.0f) {
-    float chance = light_tree_first_chance(tree, links.x, r);
+  while (inside && pdf > 0.0f) {
+    float chance = light_tree_first_chance(tree, child, r);
     bool left = position < links.y;
     float taken = left ? chance : 1.0f - chance;
     pdf *= chance < 0.0f ? 0.0f : taken;
-    links = light_tree_links(tree.nodes, left ? links.x : links.x + 1u);
+    links = light_tree_links(tree.nodes, left ? child : child + 1u);
+    inside = links.x != HW_NONE;
+    child = inside ? links.x : child;
   }
   return pdf;
 }

@@ -110,9 +110,17 @@ HW_CONST uint HW_IMAGE_PREMULTIPLIED = 2u;  // RGB already multiplied by alpha
 
 HW_CONST uint HW_CAMERA_PERSPECTIVE = 0u;
 HW_CONST uint HW_CAMERA_ORTHOGRAPHIC = 1u;
-HW_CONST uint HW_CAMERA_PANORAMIC = 2u;  // equirectangular full sphere
+HW_CONST uint HW_CAMERA_PANORAMIC = 2u;              // lib/panorama.h
+HW_CONST uint HW_PANORAMA_EQUIRECTANGULAR = 0u;      // range: longitude from, to, latitude from, to [rad]
+HW_CONST uint HW_PANORAMA_FISHEYE_EQUIDISTANT = 1u;  // range: field of view [rad]
+HW_CONST uint HW_PANORAMA_FISHEYE_EQUISOLID = 2u;    // range: focal length, field of view [rad], sensor's width, height
+HW_CONST uint HW_PANORAMA_MIRROR_BALL = 3u;
+HW_CONST uint HW_PANORAMA_CUBE_FACE = 4u;    // equal angles
+HW_CONST uint HW_PANORAMA_CYLINDRICAL = 5u;  // range: longitude from, to [rad], height from, to over the radius
+HW_CONST uint HW_PANORAMA_KINDS = 6u;
 // The picture plane is described in camera space (x right, y up, looking along -z) by the rectangle that the full
-// frame covers: at distance 1 for perspective, in metres for orthographic. Shift and sensor fit are already in it.
+// frame covers: at distance 1 for perspective, in metres for orthographic, as a part of the whole panorama (0 to 1) for
+// panoramic. Shift and sensor fit are already in it.
 struct CameraRecord {
   float camera_to_world[12];
   float previous_world_to_camera[12];
@@ -125,8 +133,11 @@ struct CameraRecord {
   uint aperture_blades;  // < 3: round
   float aperture_rotation;
   float aperture_ratio;  // Cycles' anamorphic ratio, 1 = round
+  uint panorama;         // HW_PANORAMA_*
+  float panorama_range[4];
+  uint pad;
 };
-HW_CHECK_SIZE(CameraRecord, 160)
+HW_CHECK_SIZE(CameraRecord, 184)
 
 struct Root {
   uint64_t meshes;          // MeshRecord[]

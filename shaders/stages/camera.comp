@@ -40,12 +40,14 @@ void main() {
   ray.origin += ray.direction * ray.tmin;
   ray.tmax -= ray.tmin;
   ray.tmin = 0.0;
-  ray.mask = HW_MASK_CAMERA | HW_MASK_LAMP;
+  bool seen = dot(ray.direction, ray.direction) > 0.0;  // else the panorama shows nothing here: black
+  if (!seen) ray.direction = vec3(0.0, 0.0, 1.0);
+  ray.mask = seen ? HW_MASK_CAMERA | HW_MASK_LAMP : 0u;
   ray.flags = 0u;
   ray_store(path, ray);
 
   PathState state;
-  state.throughput = vec3(1.0);
+  state.throughput = vec3(seen ? 1.0 : 0.0);
   state.mis_pdf = 0.0;
   state.mis_origin = ray.origin;
   state.min_pdf = HW_INFINITY;

@@ -36,8 +36,8 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
 
   MaterialInputs inputs = surface_inputs(hit, g, wo, state.flags & HW_PATH_RAY_TYPES, state.bounces, state.transparent);
   CameraRecord camera = HW_ROOT.camera;
-  float across = (camera.right - camera.left) / float(HW_FRAME.width);
-  inputs.footprint = camera.type == HW_CAMERA_PERSPECTIVE ? across * distance(g.P, camera_position(camera)) : across;
+  float across = camera_width(camera) / float(HW_FRAME.width);
+  inputs.footprint = camera.type == HW_CAMERA_ORTHOGRAPHIC ? across : across * distance(g.P, camera_position(camera));
   uint material_flags = MaterialTable(HW_ROOT.materials).at[g.material].flags;
   bool behind_diffuse = (state.flags & HW_PATH_DIFFUSE) != 0u;
   inputs.shade_flags = inputs.shade_flags |

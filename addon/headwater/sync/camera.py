@@ -61,7 +61,7 @@ def lens_settings(camera_object, matrix: np.ndarray) -> dict:
     matrix: (4, 4), where the camera is, without scale.
     """
     camera, dof = camera_object.data, camera_object.data.dof
-    if not dof.use_dof or camera.type == "PANO":
+    if not dof.use_dof:
         return {}
     focal = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
     return dict(
@@ -71,6 +71,38 @@ def lens_settings(camera_object, matrix: np.ndarray) -> dict:
         rotation=dof.aperture_rotation,
         ratio=dof.aperture_ratio,
     )
+
+
+def panorama_settings(camera, render, frame) -> dict | None:
+    """Scene.set_camera's panorama and range for a camera of type PANO; None for a type that the core has not.
+
+    render: the scene's; frame: render_settings.Frame of the picture, whose shape a fisheye's sensor takes.
+    """
+    source = camera if hasattr(camera, "panorama_type") else getattr(camera, "cycles", None)
+    if source is None:
+        return {}
+    match source.panorama_type:
+        case "EQUIRECTANGULAR":
+            longitude = (source.longitude_min, source.longitude_max)
+            return dict(panorama="equirectangular", range=(*longitude, source.latitude_min, source.latitude_max))
+        case "FISHEYE_EQUIDISTANT":
+            return dict(panorama="fisheye_equidistant", range=(source.fisheye_fov, 0.0, 0.0, 0.0))
+        case "FISHEYE_EQUISOLID":
+            width, height = frame.width * render.pixel_aspect_x, frame.height * render.pixel_aspect_y
+            horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width > height)
+            sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+            size = (sensor, sensor * height / width) if horizontal else (sensor * width / height, sensor)
+            return dict(panorama="fisheye_equisolid", range=(source.fisheye_lens, source.fisheye_fov, *size))
+        case "MIRRORBALL":
+            return dict(panorama="mirror_ball")
+        case "EQUIANGULAR_CUBEMAP_FACE":
+            return dict(panorama="cube_face")
+        case "CENTRAL_CYLINDRICAL":
+            names = [f"central_cylindrical_range_{side}_{end}" for side in "uv" for end in ("min", "max")]
+            left, right, bottom, top = (getattr(source, name) for name in names)
+            radius = source.central_cylindrical_radius
+            return dict(panorama="cylindrical", range=(left, right, bottom / radius, top / radius))
+    return None
 
 
 class CameraSync:
@@ -102,14 +134,22 @@ class CameraSync:
         kind = {"PERSP": "perspective", "ORTHO": "orthographic", "PANO": "panoramic"}.get(camera.type)
         if kind is None:
             raise SyncError(f"Camera '{name}': camera type {camera.type} is not supported", "Camera", name)
+        panorama = {}
         if kind == "panoramic":
-            self._check_panorama(name, camera)
-            plane = (-1.0, 1.0, -1.0, 1.0)
+            plane = (0.0, 1.0, 0.0, 1.0)
+            panorama = panorama_settings(camera, render, frame)
+            if panorama is None:
+                self._notes.add(
+                    f"Camera '{name}': this type of panorama is rendered as a full equirectangular sphere",
+                    "Camera",
+                    name,
+                )
+                panorama = {}
         else:
             plane = picture_plane(
                 camera, frame.width * render.pixel_aspect_x, frame.height * render.pixel_aspect_y, shift_x
             )
-        settings = {"clip": (camera.clip_start, camera.clip_end), **lens_settings(camera_object, matrix)}
+        settings = {"clip": (camera.clip_start, camera.clip_end), **lens_settings(camera_object, matrix), **panorama}
         rows = np.ascontiguousarray(matrix[:3], np.float32)
         now = (kind, rows.tobytes(), plane, tuple(settings.items()))
         if now == self._last:
@@ -120,17 +160,3 @@ class CameraSync:
             self._scene.set_camera(kind, rows, plane, **settings)
         self._last = now
         return True
-
-    def _check_panorama(self, name: str, camera) -> None:
-        source = camera if hasattr(camera, "panorama_type") else getattr(camera, "cycles", None)
-        kind = getattr(source, "panorama_type", "EQUIRECTANGULAR")
-        full = math.isclose(getattr(source, "latitude_max", math.pi / 2), math.pi / 2, abs_tol=1e-3) and math.isclose(
-            getattr(source, "longitude_max", math.pi), math.pi, abs_tol=1e-3
-        )
-        if kind != "EQUIRECTANGULAR" or not full:
-            self._notes.add(
-                f"Camera '{name}': panorama type {kind.replace('_', ' ').lower()} is rendered as a full "
-                "equirectangular sphere",
-                "Camera",
-                name,
-            )

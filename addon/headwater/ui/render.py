@@ -48,7 +48,9 @@ class HEADWATER_RENDER_PT_sampling_viewport(_RenderPanel, bpy.types.Panel):
 
     def draw(self, context):
         source = cycles_of(context.scene) or context.scene.headwater
-        split(self.layout).prop(source, "preview_samples", text="Samples")
+        column = split(self.layout)
+        column.prop(source, "preview_samples", text="Samples")
+        column.prop(context.scene.headwater, "use_preview_history")
 
 
 class HEADWATER_RENDER_PT_sampling_render(_RenderPanel, bpy.types.Panel):

@@ -122,6 +122,9 @@ def _core_rows(stats: dict, integrator: str) -> list[tuple[str, str]]:
     if stats.get("reservoir_bytes"):
         share = stats["reservoir_bytes"] / max(memory.get("device_bytes", 0), stats["reservoir_bytes"])
         rows.append(("Reservoirs", f"{_size(stats['reservoir_bytes'])}, {share:.0%} of device memory"))
+        if stats.get("light_cells"):
+            cells, used = stats["light_cells"], stats.get("light_cells_used", 0)
+            rows.append(("Cells in Use", f"{used:,} of {cells:,}, {used / cells:.0%}"))
     elif integrator != "path":
         rows.append(("Reservoirs", "none: too few lights"))
     scene = stats.get("scene", {})

@@ -55,6 +55,20 @@ def from_matrices(window, view, clip: tuple[float, float], settings: dict | None
     return ViewCamera(kind, rows, plane, (("clip", clip), *sorted((settings or {}).items())))
 
 
+def from_panorama(matrix, rectangle, width: int, height: int, settings: dict) -> ViewCamera:
+    """The view through a panoramic camera, whose picture fills its frame in the viewport.
+
+    matrix: (4, 4) the camera's, without scale; rectangle: the frame as frame_rectangle gives it; width, height: of the
+    viewport in pixels; settings: further arguments of Scene.set_camera. ValueError when the frame has no size.
+    """
+    x0, y0, x1, y1 = rectangle
+    if not (np.isfinite(rectangle).all() and x1 > x0 and y1 > y0):
+        raise ValueError("the camera's frame has no size")
+    plane = (-x0 / (x1 - x0), (width - x0) / (x1 - x0), -y0 / (y1 - y0), (height - y0) / (y1 - y0))
+    rows = np.ascontiguousarray(np.array(matrix, np.float64)[:3], np.float32).tobytes()
+    return ViewCamera("panoramic", rows, plane, tuple(sorted(settings.items())))
+
+
 def frame_rectangle(corners, perspective, width: int, height: int) -> tuple[float, float, float, float]:
     """Where the camera's frame lies in the viewport: (x0, y0, x1, y1) in pixels, bottom-left origin, unclipped.
 

@@ -5,6 +5,7 @@ Nothing here waits for rendering. When the worker holds the scene (it is buildin
 synced at the next draw.
 """
 
+import atexit
 import time
 import traceback
 import weakref
@@ -12,8 +13,10 @@ import weakref
 import bpy
 from bpy.app.handlers import persistent
 
+from headwater import temporal
+
 from .. import denoising, handlers, log, native, options, preferences, render_settings
-from ..sync.camera import lens_settings, rigid
+from ..sync.camera import lens_settings, panorama_settings, rigid
 from ..sync.problems import SyncError
 from ..sync.state import SceneSync
 from ..sync.updates import Updates
@@ -49,6 +52,9 @@ class View:
         self.draws = 0
         self.synced_at = 0.0  # time.perf_counter() of the last sync's end
         _views.add(self)
+        # Blender quits without a word to add-ons. Before the core's own end, which comes first where it came last.
+        atexit.unregister(close_all)
+        atexit.register(close_all)
 
     def close(self, seconds: float = 0.0) -> None:
         self.closed = True
@@ -139,17 +145,16 @@ class View:
         rv3d = context.region_data
         through = rv3d.view_perspective == "CAMERA"
         camera_object = (space.camera if space.use_local_camera else scene.camera) if through else None
-        clip, lens = (space.clip_start, space.clip_end), {}
         if camera_object is not None and camera_object.type == "CAMERA":
             camera_object = camera_object.evaluated_get(depsgraph)
-            clip = (camera_object.data.clip_start, camera_object.data.clip_end)
-            lens = lens_settings(camera_object, rigid(camera_object.matrix_world))
-        camera = view_camera.from_matrices(rv3d.window_matrix, rv3d.view_matrix, clip, lens)
+        camera = _camera(space, rv3d, scene, camera_object, size)
         frame = render_settings.Frame(size[0], size[1], 0, 0, *size)
         channel = shown_pass(space)
         given = options.current()
         recipe, denoise_from = (denoising.viewport_recipe(scene) if channel == "Combined" else None) or (None, 0)
-        passes = [channel, *(recipe.guides if recipe else ())]
+        carried = channel == "Combined" and scene.headwater.use_preview_history
+        passes = [channel, *(recipe.guides if recipe else ()), *(temporal.GUIDES if carried else ())]
+        passes = list(dict.fromkeys(passes))
         settings = render_settings.build(scene, view_layer, frame, passes, given)
         for name in ("width", "height", "region", "samples", "first_sample"):
             settings.pop(name, None)
@@ -165,6 +170,7 @@ class View:
             settings=tuple(sorted((name, _frozen(value)) for name, value in settings.items())),
             samples=source.preview_samples or 2**20,
             channel=channel,
+            carried=carried,
             denoise=recipe,
             denoise_from=denoise_from,
             device=render_settings.device_choice(scene, preferences.chosen_device(), given),
@@ -228,6 +234,26 @@ def _hidden_here(space) -> tuple:
     return (local, space.use_local_collections, kinds) if local or space.use_local_collections or kinds else ()
 
 
+def _camera(space, rv3d, scene, camera_object, size) -> view_camera.ViewCamera:
+    """What the viewport sees with; camera_object: the evaluated one that it looks through, None in free views."""
+    if camera_object is None or camera_object.type != "CAMERA":
+        return view_camera.from_matrices(rv3d.window_matrix, rv3d.view_matrix, (space.clip_start, space.clip_end))
+    data, matrix = camera_object.data, rigid(camera_object.matrix_world)
+    clip, lens = (data.clip_start, data.clip_end), lens_settings(camera_object, matrix)
+    if data.type != "PANO":
+        return view_camera.from_matrices(rv3d.window_matrix, rv3d.view_matrix, clip, lens)
+    panorama = panorama_settings(data, scene.render, render_settings.frame_of(scene.render)) or {}
+    rectangle = _frame(rv3d, scene, camera_object, size)
+    return view_camera.from_panorama(matrix, rectangle, *size, {"clip": clip, **lens, **panorama})
+
+
+def _frame(rv3d, scene, camera_object, size) -> tuple[float, float, float, float]:
+    """Where the frame of the camera that a viewport looks through lies in it, in pixels."""
+    matrix = camera_object.matrix_world.normalized()
+    corners = [matrix @ corner for corner in camera_object.data.view_frame(scene=scene)]
+    return view_camera.frame_rectangle(corners, rv3d.perspective_matrix, *size)
+
+
 def _region(space, rv3d, scene, camera_object, size) -> tuple[int, int, int, int]:
     """The render region in pixels: all of the viewport where there is none."""
     whole = (0, 0, *size)
@@ -244,9 +270,7 @@ def _region(space, rv3d, scene, camera_object, size) -> tuple[int, int, int, int
     render = scene.render
     if not render.use_border or camera_object.type != "CAMERA":
         return whole
-    matrix = camera_object.matrix_world.normalized()
-    corners = [matrix @ corner for corner in camera_object.data.view_frame(scene=scene)]
-    rectangle = view_camera.frame_rectangle(corners, rv3d.perspective_matrix, *size)
+    rectangle = _frame(rv3d, scene, camera_object, size)
     border = (render.border_min_x, render.border_min_y, render.border_max_x, render.border_max_y)
     return view_camera.part(rectangle, border, *size)
 
@@ -320,3 +344,4 @@ def register():
 def unregister():
     handlers.remove(_handlers)
     close_all()
+    atexit.unregister(close_all)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from headwater import denoiser
+from headwater import denoiser, temporal
 
 from .. import log, native
 from ..turns import turns
@@ -41,9 +41,19 @@ class Request:
     settings: tuple  # sorted items of the core's settings, without size, region, samples
     samples: int
     channel: str  # the pass that is shown
+    carried: bool  # whether it is averaged with the last picture
     denoise: denoiser.Recipe | None
     denoise_from: int  # the first sample that is denoised
     device: tuple  # arguments of native.context
+
+    def same_place(self, other: "Request | None") -> bool:
+        """Whether both are pictures of the same pixels, and both carried."""
+        return other is not None and (self.carried, self.width, self.height, self.region) == (
+            other.carried,
+            other.width,
+            other.height,
+            other.region,
+        )
 
     def only_camera_differs(self, other: "Request | None") -> bool:
         return other is not None and (self.edition, self.frame, self.settings) == (
@@ -110,6 +120,7 @@ class Worker:
         self._unseen_since: float | None = None  # when the first picture was made that was not drawn
         self._ready: Request | None = None  # the core's tables hold this one's scene and camera
         self._refinement: Refinement | None = None
+        self._history, self._first_sample = temporal.History(), 0
         self._coarse_rate = COARSE_DENOISE_RATE
         self._denoise_at = 0.0  # not before: time.perf_counter()
         self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
@@ -259,10 +270,16 @@ class Worker:
             if self._orbits:
                 self._refine_at, self._orbits = time.perf_counter() + ORBIT_REST, False
             due = self._denoising_due(request, slice_)
-            names = (request.channel, *(request.denoise.guides if due else ()))
-            passes = {name: self._session.read(name) for name in names}
+            names = [request.channel, *(request.denoise.guides if due else ())]
+            names += temporal.GUIDES if request.carried else ()
+            passes = {name: self._session.read(name) for name in dict.fromkeys(names)}
             self.statistics = self._session.stats()
-        # Denoising is out of the turn: other views may render meanwhile.
+        # Out of the turn: other views may render meanwhile.
+        if request.carried:
+            guides = [passes[name] for name in temporal.GUIDES]
+            passes[request.channel] = self._history.blend(
+                passes[request.channel], slice_.samples, *guides, alone=request.samples
+            )
         if due and slice_.divider > 1:
             self._denoise_coarse(request, passes, slice_)
             return
@@ -334,12 +351,24 @@ class Worker:
         with self.scene_lock:
             request.camera.apply(self._scene)
             self.synced = self._session.sync()
+        self._begin_history(request)
         x0, y0, x1, y1 = request.region
         self._refinement = Refinement(
             (x1 - x0) * (y1 - y0), request.samples, self._speed, moving=moving, least=self._least
         )
         self._ready, self._orbits = request, moving
         self._denoise_at = 0.0  # the first full picture is denoised whenever the last one was
+
+    def _begin_history(self, request: Request) -> None:
+        """What was shown becomes the past, and the next samples are other ones; motion is that since the last sync."""
+        if not request.carried or not request.same_place(self._ready):
+            self._history.clear()
+            self._first_sample = 0
+            return
+        self._history.advance()
+        # After a finished picture nothing is to be gained by others: equal scenes give equal pictures.
+        done = self._refinement.finished
+        self._first_sample = 0 if done else (self._first_sample + max(self._refinement.samples, 1)) % 2**24
 
     def _render(self, request: Request, slice_) -> bool:
         """Whether the slice was rendered in full."""
@@ -352,6 +381,7 @@ class Worker:
                 height=height,
                 region=region,
                 samples=slice_.samples,
+                first_sample=self._first_sample,
                 resume=slice_.resume,
                 continue_history=True,
             )
