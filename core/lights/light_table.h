@@ -31,6 +31,11 @@ struct EmissiveInstance {
   std::span<const std::uint8_t> tri_slots;        // T, or empty: slot 0
   std::span<const std::uint32_t> slot_materials;  // material index of each slot; beyond its end: the last slot's
   std::uint32_t flags = 0;                        // HW_LIGHT_CAMERA .. HW_LIGHT_TRANSMISSION: who sees the object
+  // Of triangles whose emission a program gives, measured: the mean radiance of each; where its map begins among those
+  // at maps_at of Root::emission_maps, HW_NONE for none. T, or empty: not measured; without maps.
+  std::span<const float> radiance;
+  std::span<const std::uint32_t> maps;
+  std::uint32_t maps_at = 0;
 };
 
 struct WorldLight {

@@ -37,15 +37,6 @@ Tables::GridSize importance_size(const Scene::Impl& scene) {
   return {width, width / 2};
 }
 
-// Newest revision of a material's program and its images.
-std::uint64_t program_revision(const Scene::Impl& scene, Id id) {
-  const MaterialEntry& material = scene.materials.at(id);
-  std::uint64_t revision = material.revision;
-  for (Id image : material.data.images)
-    if (image != 0) revision = std::max(revision, scene.images.at(image).revision);
-  return revision;
-}
-
 // Newest revision of what the world's luminance depends on.
 std::uint64_t world_revision(const Scene::Impl& scene) {
   if (scene.world.material == 0) return scene.world_revision;
@@ -53,6 +44,14 @@ std::uint64_t world_revision(const Scene::Impl& scene) {
 }
 
 }  // namespace
+
+std::uint64_t program_revision(const Scene::Impl& scene, Id id) {
+  const MaterialEntry& material = scene.materials.at(id);
+  std::uint64_t revision = material.revision;
+  for (Id image : material.data.images)
+    if (image != 0) revision = std::max(revision, scene.images.at(image).revision);
+  return revision;
+}
 
 void Tables::gather_lamps() {
   LightState& state = *lights_;
@@ -108,6 +107,11 @@ void Tables::gather_instances(std::vector<EmissiveInstance>& instances, std::vec
     instance.tri_slots = mesh.tri_slots;
     instance.slot_materials = slots.subspan(slot.slot_offset, slot.slot_count);
     instance.flags = light_flags(slot.group->shared.visibility);
+    if (slot.emission && slot.emission->radiance.size() == slot.light_triangles) {
+      instance.radiance = slot.emission->radiance;
+      instance.maps = slot.emission->map;
+      instance.maps_at = slot.emission->maps_at;
+    }
     for (std::size_t i = 0; i < slot.group->matrices.size(); ++i) {
       if (slot.written) moved.push_back(static_cast<std::uint32_t>(instances.size()));
       instance.instance = slot.base + static_cast<std::uint32_t>(i);
@@ -143,7 +147,12 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   const bool dirty = lights_dirty_ || lights_layout_dirty_;
   std::vector<EmissiveInstance> instances;
   std::vector<std::uint32_t> moved;
-  if (dirty || state.noted_images != scene.images_revision) gather_instances(instances, moved);
+  const bool look = dirty || state.noted_images != scene.images_revision;
+  if (look) {
+    match_emission();
+    for (auto& [id, slot] : groups_) slot.written |= std::exchange(slot.remeasured, false);
+    gather_instances(instances, moved);
+  }
   if (dirty) {
     LightTableInput input;
     input.lamps = state.lamps;
@@ -173,7 +182,10 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     update_light_tree(lights_layout_dirty_);
   }
   // Images change what programs emit, and nothing in the table.
-  if (dirty || state.noted_images != scene.images_revision) note_lights(instances, lights_layout_dirty_);
+  if (look) {
+    note_lights(instances, lights_layout_dirty_);
+    want_emission();
+  }
   if (dirty) {
     lights_dirty_ = lights_layout_dirty_ = false;
     seen_lights_ = scene.lights_revision;
@@ -190,7 +202,8 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   }
   counts.bytes_uploaded += light_table_.flush(uploader) + alias_table_.flush(uploader) + world_table_.flush(uploader) +
                            instance_table_.flush(uploader) + light_tree_table_.flush(uploader) +
-                           light_order_table_.flush(uploader) + light_position_table_.flush(uploader);
+                           light_order_table_.flush(uploader) + light_position_table_.flush(uploader) +
+                           emission_map_table_.flush(uploader);
   counts.lights_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
