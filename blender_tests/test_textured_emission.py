@@ -38,21 +38,19 @@ def sign_material(scene, radiance, lit, nee=True):
     scene.upsert_material(SIGN, "sign", compiled.program, compiled.constants, flags=flags, images=[1])
 
 
-def sign_room(core, radiance=30.0, lit=None, nee=True, lamps=2):
-    """The room with a large dark sign on its left and a lamp or two; smooth things see the sign too."""
+def sign_room(core, radiance=30.0, lit=None, nee=True, lamps=40):
+    """The room with a large dark sign on its left and dim lamps; smooth things see the sign too."""
     scene = core.Scene()
     rs.room(scene)
-    rs.lamps(scene, lamps, factor=0.02 * lamps, mixed=False)
+    rs.lamps(scene, lamps, factor=0.04, mixed=False)
     sign_material(scene, radiance, letters() if lit is None else lit, nee)
     attributes = [("UVMap", "vertex", UV)]
-    scene.upsert_mesh(
-        40, "sign", core_scenes.QUAD, core_scenes.QUAD_TRIANGLES, attributes=attributes, default_uv=0
-    )
+    scene.upsert_mesh(40, "sign", core_scenes.QUAD, core_scenes.QUAD_TRIANGLES, attributes=attributes, default_uv=0)
     scene.upsert_instance(400, 40, frame(*WALL), name="sign", materials=[SIGN])
     return scene
 
 
-def squares_room(core, radiance=30.0, lamps=2):
+def squares_room(core, radiance=30.0, lamps=40):
     """The same light from a square for each lit texel."""
     scene = sign_room(core, radiance, np.zeros((SIZE, SIZE), bool), lamps=lamps)
     rs.glowing(scene, BRIGHT, radiance=tuple(radiance * c for c in (1.0, 0.4, 0.15)))
@@ -76,12 +74,23 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_expectation_is_that_of_bsdf_rays(core, make_context, way):
-    """The light found by BSDF rays alone, which know nothing of maps: their share and the other make one whole."""
-    ours = core.Session(make_context(), sign_room(core))
+def noise(core, session, **settings):
+    """Variance of independent pictures over their mean squared, as relMSE weighs it."""
+    pictures = rs.renders(core, session, range(16), samples=8, **settings)
+    return (np.var(pictures, axis=0) / (np.mean(pictures, axis=0) ** 2 + 1e-3)).mean()
+
+
+@pytest.fixture(scope="module")
+def reference(core, make_context):
+    """Independent pictures of the light found by BSDF rays alone, which know nothing of maps."""
     blind = core.Session(make_context(), sign_room(core, nee=False))
-    reference = rs.renders(core, blind, range(500, 524), samples=256, max_bounces=1)
+    return rs.renders(core, blind, range(500, 524), samples=256, max_bounces=1)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_expectation_is_that_of_bsdf_rays(core, make_context, reference, way):
+    """Light samples by the map and BSDF rays weighed by its pdf: their shares make one whole."""
+    ours = core.Session(make_context(), sign_room(core))
     pictures = rs.renders(core, ours, range(24), samples=24, max_bounces=1, **WAYS[way])
     result = tile_test(pictures, reference, 4)
     assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
@@ -106,12 +115,10 @@ def test_every_tracer_has_the_light(core, make_context, tracer):
 @pytest.mark.parametrize("way", ["tree", "hash", "restir"])
 def test_noise_is_that_of_small_squares(core, make_context, way):
     """A map finds the strokes as well as a table of their squares does (without one: 30 times the variance)."""
-    variance = []
-    for make in (sign_room, squares_room):
-        session = core.Session(make_context(), make(core))
-        pictures = rs.renders(core, session, range(16), samples=8, **WAYS[way])
-        variance.append((np.var(pictures, axis=0) / (np.mean(pictures, axis=0) ** 2 + 1e-3)).mean())
-    assert variance[0] < 2.5 * variance[1], variance
+    sign, squares = (
+        noise(core, core.Session(make_context(), make(core)), **WAYS[way]) for make in (sign_room, squares_room)
+    )
+    assert sign < 2.5 * squares
 
 
 def test_both_rooms_have_the_same_light(core, make_context):
@@ -124,11 +131,10 @@ def test_both_rooms_have_the_same_light(core, make_context):
 
 
 def test_a_sign_takes_its_share_of_the_samples(core, make_context):
-    """Two suits of lamps that light little: by the sign's mean, not by a guess, most samples go to it."""
-    session = core.Session(make_context(), sign_room(core, radiance=3000.0, lamps=8))
-    power = rs.renders(core, session, range(16), samples=8, lights="power")
-    uniform = rs.renders(core, session, range(16), samples=8, lights="uniform")
-    assert np.var(power, axis=0).mean() < 0.4 * np.var(uniform, axis=0).mean()
+    """Among lamps that light little: by the sign's mean, not by a guess, most samples go to it."""
+    session = core.Session(make_context(), sign_room(core, radiance=300.0))
+    power, uniform = (noise(core, session, lights=lights) for lights in ("power", "uniform"))
+    assert power < 0.4 * uniform
 
 
 def test_linear_and_the_same_bits(core, make_context):

@@ -36,8 +36,7 @@ std::uint32_t append_emission_map(std::span<const float> cells, std::uint32_t si
   std::vector<double> row(size), rows(size);
   double total = 0;
   for (std::uint32_t y = 0; y < size; ++y) {
-    for (std::uint32_t x = 0; x < size; ++x)
-      row[x] = std::max<double>(usable(cells[std::size_t{y} * size + x]), least);
+    for (std::uint32_t x = 0; x < size; ++x) row[x] = std::max<double>(usable(cells[std::size_t{y} * size + x]), least);
     for (double v : row) rows[y] += v;
     accumulate(row, rows[y], maps.data() + at + 1 + std::size_t{y + 1} * (size + 1));
     total += rows[y];

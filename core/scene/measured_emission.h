@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What material programs emit over the triangles of a mesh, as a stage measured it (stages/triangle_emission.h): kept by
-// mesh, materials and object colour, so that instances and copies share it, and until one of those changes. What else a
-// program may read of an object (its place, its random number) is taken from the first that has them. It only says where
-// samples go: what they bring is the program's own.
+// What material programs emit over the triangles of a mesh, as a stage measured it (stages/triangle_emission.h): kept
+// by mesh, materials and object colour, so that instances and copies share it, and until one of those changes. What
+// else a program may read of an object (its place, its random number) is taken from the first that has them. It only
+// says where samples go: what they bring is the program's own.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ struct EmissionKey {
 };
 
 struct MeasuredEmission {
-  std::uint64_t revision = 0;   // newest of mesh, programs and images when it was measured; 0: it was not
-  std::vector<float> radiance;  // of each triangle of the mesh, mean of the channels; those that do not vary: 0
+  std::uint64_t revision = 0;      // newest of mesh, programs and images when it was measured; 0: it was not
+  std::vector<float> radiance;     // of each triangle of the mesh, mean of the channels; those that do not vary: 0
   std::vector<std::uint32_t> map;  // of each triangle: where its map begins in `maps`, HW_NONE: it has none
   std::vector<float> maps;         // lib/emission_map.h
   std::uint32_t maps_at = 0;       // where they begin in the table

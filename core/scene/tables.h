@@ -74,8 +74,8 @@ class Tables {
   std::optional<GridSize> world_luminance_wanted() const;
   void set_world_luminance(std::span<const float> luminance, std::uint32_t width, std::uint32_t height);
 
-  // Emission that programs give over triangles is evaluated by a stage too, in up to two rounds. Where this gives a grid
-  // after update(), pass on the mean radiance of each of its cells, in its order; and ask again.
+  // Emission that programs give over triangles is evaluated by a stage too, in up to two rounds. Where this gives a
+  // grid after update(), pass on the mean radiance of each of its cells, in its order; and ask again.
   const EmissionGrid* emission_wanted() const;
   void set_emission(std::span<const float> radiance);
 

@@ -63,7 +63,6 @@ void Tables::want_emission() {
   }
   grid.size = grid.lights.size() <= kManyTriangles ? 4 : 2;
   grid.taps = taps_for(grid.lights.size() * grid.size * grid.size);
-  
 }
 
 const EmissionGrid* Tables::emission_wanted() const {

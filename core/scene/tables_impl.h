@@ -46,7 +46,7 @@ struct Tables::GroupSlot {
   bool written = false;               // by the update that is under way
   bool remeasured = false;            // its triangles are to take what was measured of their emission
   const MeasuredEmission* emission = nullptr;
-  double low[3], high[3];             // world bounds of what can be hit; low > high for nothing
+  double low[3], high[3];  // world bounds of what can be hit; low > high for nothing
 };
 
 // Newest revision of a material's program and its images.

@@ -110,10 +110,9 @@ void RenderLoop::measure_lights(Commands& commands) {
   wave_->write_params(commands);
   commands.flush();
   Device& device = *context_.device;
-  const SpecConstants constants{
-      {0, tables_.totals().classes.all | tables_.world_features() | scene_features(tables_)},
-      {1, film_.layout().mask},
-      {2, film_.layout().light_passes ? 1u : 0u}};
+  const SpecConstants constants{{0, tables_.totals().classes.all | tables_.world_features() | scene_features(tables_)},
+                                {1, film_.layout().mask},
+                                {2, film_.layout().light_passes ? 1u : 0u}};
   while (const EmissionGrid* wanted = tables_.emission_wanted())
     tables_.set_emission(measure_emission(device, *context_.kernels, tables_.root_buffer(), *wave_->frame, constants,
                                           wanted->lights, wanted->size, wanted->taps, cancelled_));

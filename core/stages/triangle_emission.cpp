@@ -8,7 +8,7 @@ namespace hw {
 
 namespace {
 
-constexpr std::size_t kPoints = 1u << 18;      // of one submission: a program can be slow
+constexpr std::size_t kPoints = 1u << 18;     // of one submission: a program can be slow
 constexpr std::size_t kMostCells = 1u << 30;  // of one buffer: cells are counted in 32 bits
 
 }  // namespace
@@ -33,8 +33,12 @@ std::vector<float> measure_emission(Device& device, KernelCache& kernels, const 
     for (std::size_t first = 0; first < count; first += at_once) {
       if (cancelled) throw RenderCancelled{};
       const std::size_t last = std::min(count, first + at_once);
-      Push push{.queue = grid.address(), .out_queue = which->address(), .a = static_cast<std::uint32_t>(last),
-                .b = size, .c = taps, .d = static_cast<std::uint32_t>(first)};
+      Push push{.queue = grid.address(),
+                .out_queue = which->address(),
+                .a = static_cast<std::uint32_t>(last),
+                .b = size,
+                .c = taps,
+                .d = static_cast<std::uint32_t>(first)};
       commands.dispatch(kernel, push.bytes(),
                         static_cast<std::uint32_t>((last - first + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE));
       commands.flush();

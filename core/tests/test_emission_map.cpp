@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Emission maps: frequencies against densities, on the square and as pdf of a triangle light from anywhere; what is made
-// of bad measurements; and the tables' part: what is measured when, and who shares it.
+// Emission maps: frequencies against densities, on the square and as pdf of a triangle light from anywhere; what is
+// made of bad measurements; and the tables' part: what is measured when, and who shares it.
 #include <doctest/doctest.h>
 
 #include <algorithm>

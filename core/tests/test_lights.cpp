@@ -243,8 +243,9 @@ TEST_CASE("a narrow spread is sampled where it lights, for any shape") {
     Mean all;
     for (int k = 0; k < 20000; ++k) {
       LightSample s;
-      all.add(light_sample(light, 0, P, vec3(random(), random(), 0), s) ? s.radiance.x / s.pdf * -glm::dot(s.wi, s.normal)
-                                                                     : 0);
+      all.add(light_sample(light, 0, P, vec3(random(), random(), 0), s)
+                  ? s.radiance.x / s.pdf * -glm::dot(s.wi, s.normal)
+                  : 0);
     }
     // Where the lamp's whole beam is seen, irradiance is the lamp's flux over its area, whatever the spread.
     CHECK(all.mean() == doctest::Approx(kPi * light.emission.x).epsilon(0.02));

@@ -29,9 +29,8 @@ HW_FN bool light_sample(LightRecord light, uint64_t maps, vec3 P, vec3 u3, HW_OU
   return false;
 }
 
-// Solid-angle pdf with which light_sample(light, maps, P) makes the direction wi, which meets the light at distance t, a
-// triangle in the point with barycentrics uv.
-// 0 where it never does (deltas, sides that are not sampled, the world).
+// Solid-angle pdf with which light_sample(light, maps, P) makes the direction wi, which meets the light at distance t,
+// a triangle in the point with barycentrics uv. 0 where it never does (deltas, sides that are not sampled, the world).
 HW_FN float light_pdf(LightRecord light, uint64_t maps, vec3 P, vec3 wi, float t, vec2 uv) {
   if (light.type == HW_LIGHT_TRIANGLE) {
     return triangle_light_pdf(light, maps, P, wi, t, uv);

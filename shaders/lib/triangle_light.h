@@ -35,16 +35,16 @@ HW_FN vec2 triangle_unwarp_area(vec2 uv) {
   return uv.y > uv.x ? vec2(uv.x * 2.0f, uv.x + uv.y) : vec2(uv.x + uv.y, uv.y * 2.0f);
 }
 
-// The share of points drawn uniformly in solid angle; the others are drawn by area or by the map. A map knows nothing of
-// distance, the solid angle nothing of what is bright: the more of the view a triangle with a map fills, the more of it
-// is left to the solid angle, up to a half.
+// The share of points drawn uniformly in solid angle; the others are drawn by area or by the map. A map knows nothing
+// of distance, the solid angle nothing of what is bright: the more of the view a triangle with a map fills, the more of
+// it is left to the solid angle, up to a half.
 HW_FN float triangle_angle_share(LightRecord light, float solid_angle) {
   float share = light.emission_map == 0u ? 1.0f : 0.5f * min(solid_angle, 1.0f);
   return solid_angle > HW_TRIANGLE_SOLID_ANGLE_MIN ? share : 0.0f;
 }
 
-// Solid-angle pdf of a point at the square of a distance, seen at a cosine to the normal. `density`: of its place by the
-// map, relative to the area's; 1 without one.
+// Solid-angle pdf of a point at the square of a distance, seen at a cosine to the normal. `density`: of its place by
+// the map, relative to the area's; 1 without one.
 HW_FN float triangle_point_pdf(LightRecord light, float solid_angle, float density, float cosine, float distance2) {
   float share = triangle_angle_share(light, solid_angle);
   float by_angle = share > 0.0f ? share / solid_angle : 0.0f;

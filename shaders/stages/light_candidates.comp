@@ -73,6 +73,7 @@ void main() {
   r.u = uv.x;
   r.v = uv.y;
   r.weight = r.weight / density;
+  r.target *= reuse_point_brightness(light.emission_map, uv);
   if (!ok || !reservoir_usable(r.weight)) r = reservoir_empty(r.confidence);
   reservoir_store(HW_REUSE.reservoirs, path, r);
   reuse_surface_store(HW_REUSE.targets, path, surface);
