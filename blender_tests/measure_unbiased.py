@@ -4,12 +4,12 @@ docs/measurements/unbiased.md.
 
     python blender_tests/measure_unbiased.py -o DIRECTORY [--scenes rooms neon] [--tracers embree ray_query]
         [--contestants wssr-hash restir] [--bounces 0 4] [--checks z slope oracle linear]
-        [--runs 24] [--samples 16] [--size 32x18] [--lights 24]
+        [--runs 16] [--samples 6] [--size 64x36] [--lights 24]
 
 Each scene, made small, is asked in a process of its own:
 
   z       pictures of independent seeds against `path`'s, per tile and as a whole
-  slope   variance over seeds at 16, 32 and 64 samples: the exponent of the count, -1 for independent samples
+  slope   variance over seeds at 8, 16 and 32 samples: the exponent of the count, -1 for independent samples
   oracle  direct light alone against the sum of pictures with one light each, in which no light is ever chosen
   linear  every emission twice: the picture of the same seed over that of before
 
@@ -32,7 +32,7 @@ SCENES = ("heads", "sun", "sky", "streets", "city", "rooms", "shades", "neon")
 TRACERS = ("embree", "ray_query", "ray_pipeline")
 CONTESTANTS = ("path", "wssr-hash", "restir", "restir-reproject", "wssr-kd", "wssr-grid", "wssr-grid-reproject")
 CHECKS = ("z", "slope", "oracle", "linear")
-SLOPE_COUNTS = (16, 32, 64)
+SLOPE_COUNTS = (8, 16, 32)
 
 
 def settings_of(contestant: str) -> dict:
@@ -162,7 +162,7 @@ class Checks:
         """Independent pictures of `path` by embree; much more of them than of what is held against them."""
         if bounces not in self._truths:
             seeds = range(10_000, 10_000 + self.args.runs)
-            self._truths[bounces] = self.suite.renders("embree", "path", seeds, 32 * self.args.samples, bounces)
+            self._truths[bounces] = self.suite.renders("embree", "path", seeds, 16 * self.args.samples, bounces)
         return self._truths[bounces]
 
     def z(self, tracer, contestant, bounces) -> dict:
@@ -175,8 +175,8 @@ class Checks:
     def slope(self, tracer, contestant, bounces) -> dict:
         from expectation import slope
 
-        runs = [self.suite.renders(tracer, contestant, range(20), n, bounces) for n in SLOPE_COUNTS]
-        fitted, error = slope(SLOPE_COUNTS, runs)
+        runs = [self.suite.renders(tracer, contestant, range(12), n, bounces) for n in SLOPE_COUNTS]
+        fitted, error = slope(SLOPE_COUNTS, runs, 12)
         # Steeper is learning: the first samples knew less. Flatter would be a plateau.
         return {"slope": fitted, "error": error, "holds": fitted - 2 * error < -0.95}
 
@@ -270,9 +270,9 @@ def parsed(arguments=None):
     parser.add_argument("--contestants", nargs="+", choices=CONTESTANTS, default=list(CONTESTANTS))
     parser.add_argument("--bounces", nargs="+", type=int, default=[0, 4])
     parser.add_argument("--checks", nargs="+", choices=CHECKS, default=list(CHECKS))
-    parser.add_argument("--runs", type=int, default=24)
-    parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--size", default="32x18", metavar="WxH")
+    parser.add_argument("--runs", type=int, default=16)
+    parser.add_argument("--samples", type=int, default=6)
+    parser.add_argument("--size", default="64x36", metavar="WxH")
     parser.add_argument("--lights", type=int, default=24, metavar="N")
     parser.add_argument("--here", action="store_true", help="the one scene given, in this process")
     args = parser.parse_args(arguments)

@@ -6,10 +6,10 @@ import core_scenes
 import numpy as np
 import pytest
 import reuse_scenes as rs
+from expectation import assert_same_light
 from reuse_scenes import frame
 
 from headwater.materials import Graph, Surface, opcodes, textures
-from headwater.tile_test import tile_test
 
 SIGN, BRIGHT, SIZE = 30, 31, 32  # materials; texels along a side of the sign
 UV = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
@@ -92,12 +92,7 @@ def test_expectation_is_that_of_bsdf_rays(core, make_context, reference, way):
     """Light samples by the map and BSDF rays weighed by its pdf: their shares make one whole."""
     ours = core.Session(make_context(), sign_room(core))
     pictures = rs.renders(core, ours, range(24), samples=24, max_bounces=1, **WAYS[way])
-    result = tile_test(pictures, reference, 4)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
-    means, expected = (np.array([p.mean() for p in group]) for group in (pictures, reference))
-    error = np.hypot(means.std(ddof=1), expected.std(ddof=1)) / 24**0.5
-    assert abs(means.mean() - expected.mean()) < 4 * error
-    assert 4 * error < 0.06 * expected.mean(), "the test would see a bias"
+    assert_same_light(pictures, reference, 6, tiles=4)
 
 
 @pytest.mark.parametrize("tracer", ["ray_query", "ray_pipeline"])
@@ -108,8 +103,7 @@ def test_every_tracer_has_the_light(core, make_context, tracer):
         rs.renders(core, core.Session(make_context(name), sign_room(core)), seeds, samples=24, max_bounces=1)
         for name, seeds in ((tracer, range(16)), ("embree", range(100, 116)))
     ]
-    result = tile_test(*groups, 4)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+    assert_same_light(*groups, 8, tiles=4)
 
 
 @pytest.mark.parametrize("way", ["tree", "hash", "restir"])
@@ -126,8 +120,7 @@ def test_both_rooms_have_the_same_light(core, make_context):
         rs.renders(core, core.Session(make_context(), make(core)), range(12), samples=64, max_bounces=1, lights="tree")
         for make in (sign_room, squares_room)
     ]
-    result = tile_test(*groups, 4)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+    assert_same_light(*groups, 8, tiles=4)
 
 
 def test_a_sign_takes_its_share_of_the_samples(core, make_context):
@@ -167,8 +160,7 @@ def assert_same(core, make_context, session, scene, way):
     """The session's pictures have the expectation, and no more than 1.3 times the noise, of a fresh one's."""
     kept = rs.renders(core, session, range(12), samples=16, **WAYS[way])
     fresh = rs.renders(core, core.Session(make_context(), scene), range(100, 112), samples=16, **WAYS[way])
-    result = tile_test(kept, fresh, 4)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+    assert_same_light(kept, fresh, 15, tiles=4)
     assert np.var(kept, axis=0).mean() < 1.3 * np.var(fresh, axis=0).mean()
 
 
