@@ -57,7 +57,7 @@ class Lights:
                 if sockets:
                     self.lights.append([(s, "default_value", s.default_value) for s in sockets])
         background = []
-        if scene.world and scene.world.use_nodes:
+        if scene.world and scene.world.node_tree:
             strengths = [n.inputs["Strength"] for n in scene.world.node_tree.nodes if n.type == "BACKGROUND"]
             background = [(s, "default_value", s.default_value) for s in strengths]
         if background:
