@@ -200,7 +200,7 @@ SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const Mat
   return e;
 }
 
-LightTable build_light_table(const LightTableInput& input) {
+LightTable build_light_table(const LightTableInput& input, const LightRoom& room) {
   LightTable table;
   std::size_t count = input.lamps.size() + (input.world.emits ? 1 : 0);
   table.instance_offset.reserve(input.instances.size());
@@ -218,7 +218,9 @@ LightTable build_light_table(const LightTableInput& input) {
   std::uint32_t next_lamp = 0, next_sun = table.sun_offset;
   for (const LightData& lamp : input.lamps) table.lamp_index.push_back(is_sun(lamp) ? next_sun++ : next_lamp++);
   if (input.world.emits) table.world_light = table.lamp_count;
-  table.lights.resize(count);
+  if (!room) table.own.resize(count);
+  table.lights = {room ? room(count) : table.own.data(), count};
+  std::fill(table.lights.begin(), table.lights.end(), LightRecord{});
   table.weights.assign(count, 0.0f);
   table.shapes.resize(table.lamp_count);
   write_lamps(input, table);

@@ -117,7 +117,7 @@ void Tables::update_root() {
   next.light_position = light_position_table_.address();
   next.light_tree_scale = state.tree.scale;
   next.emission_maps = emission_map_table_.address();
-  next.light_tree_nodes = state.tree_current ? static_cast<uint>(state.tree.nodes.size()) : 0u;
+  next.light_tree_nodes = state.tree_current ? static_cast<uint>(light_tree_table_.size()) : 0u;
   next.world = state.distribution.record;
   next.world.marginal = world_table_.address();
   next.world.conditional = world_table_.address() + state.distribution.marginal.size() * sizeof(float);

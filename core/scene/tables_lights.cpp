@@ -163,14 +163,16 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     input.selection = state.selection;
     std::size_t count = state.table.lamp_count + std::size_t{state.table.world_light != HW_NONE};
     if (lights_layout_dirty_) {
-      state.table = build_light_table(input);
+      state.table = build_light_table(input, [this](std::size_t wanted) {
+        light_table_.resize(wanted);
+        return light_table_.edit(0, wanted);
+      });
       count = state.table.lights.size();
     } else {
       update_light_table(state.table, input, moved);
       if (!moved.empty()) count = state.table.lights.size();
+      light_table_.edit(0, count);  // that is where it wrote
     }
-    light_table_.resize(state.table.lights.size());
-    if (count > 0) std::copy_n(state.table.lights.begin(), count, light_table_.edit(0, count));
     alias_table_.assign(state.table.alias);
     counts.lights_uploaded += count;
     for (std::size_t i = 0; i < instances.size(); ++i) {
@@ -218,13 +220,17 @@ void Tables::update_light_tree(bool rebuilt) {
   input.lights = state.table.lights;
   input.weights = state.table.weights;
   input.scene_radius = state.input_radius;
-  if (rebuilt || !state.tree_current || !refit_light_tree(state.tree, input)) {
+  // Nodes lie in their table alone between updates.
+  const bool refit = !rebuilt && state.tree_current;
+  if (refit) state.tree.nodes.assign(light_tree_table_.data(), light_tree_table_.data() + light_tree_table_.size());
+  if (!refit || !refit_light_tree(state.tree, input)) {
     state.tree = build_light_tree(input);
     ++state.tree_revision;
     light_order_table_.assign(state.tree.order);
     light_position_table_.assign(state.tree.position);
   }
   light_tree_table_.assign(state.tree.nodes);
+  std::vector<LightTreeNode>().swap(state.tree.nodes);
   state.tree_current = true;
 }
 
