@@ -8,7 +8,7 @@ docs/measurements/unbiased.md.
 
 Each scene, made small, is asked in a process of its own:
 
-  z       pictures of independent seeds against `path`'s, per tile and as a whole
+  z       pictures of independent seeds against `path`'s, per tile and as a whole; twice where they seem to differ
   slope   variance over seeds at 8, 16 and 32 samples: the exponent of the count, -1 for independent samples
   oracle  direct light alone against the sum of pictures with one light each, in which no light is ever chosen
   linear  every emission twice: the picture of the same seed over that of before
@@ -166,11 +166,20 @@ class Checks:
         return self._truths[bounces]
 
     def z(self, tracer, contestant, bounces) -> dict:
+        return self.against(self.truth(bounces), tracer, contestant, bounces, 0)
+
+    def against(self, truth, tracer, contestant, bounces, first_seed) -> dict:
+        """Pictures against the truth's. Rare bright paths that few samples have not met look like a bias of a tile; where
+        the two disagree, other seeds with six times the samples decide: a bias stays, chance does not."""
         from expectation import agreement
 
-        runs = self.suite.renders(tracer, contestant, range(self.args.runs), self.args.samples, bounces)
-        found = agreement(runs, self.truth(bounces))
-        return {**asdict(found), "holds": found.holds}
+        samples, seeds = self.args.samples, range(first_seed, first_seed + self.args.runs)
+        found = agreement(self.suite.renders(tracer, contestant, seeds, samples, bounces), truth)
+        again = not found.holds
+        if again:
+            seeds = range(first_seed + 5000, first_seed + 5000 + self.args.runs)
+            found = agreement(self.suite.renders(tracer, contestant, seeds, 6 * samples, bounces), truth)
+        return {**asdict(found), "holds": found.holds, "again": again}
 
     def slope(self, tracer, contestant, bounces) -> dict:
         from expectation import slope
@@ -200,8 +209,6 @@ class Checks:
 
     def oracle(self, wanted) -> list:
         """Direct light against the sum over lights, each alone. Runs of the sum are independent."""
-        from expectation import agreement
-
         lights = len(self.suite.lights.lights)
         runs = 8
         sums = [0.0] * runs
@@ -217,9 +224,7 @@ class Checks:
         self.suite.sync()
         rows = []
         for tracer, contestant in wanted:
-            made = self.suite.renders(tracer, contestant, range(500, 500 + self.args.runs), self.args.samples, 0)
-            found = agreement(made, sums)
-            rows.append({**asdict(found), "holds": found.holds, "lights": lights})
+            rows.append({**self.against(sums, tracer, contestant, 0, 500), "lights": lights})
         return rows
 
 
@@ -260,7 +265,8 @@ def text(row: dict) -> str:
         "linear": "off {off:.1e}, mean {mean:.6f}",
     }[row["check"]].format_map(row)
     where = f"{row['scene']:8} {row['check']:7} {row['contestant']:20} {row['tracer']:13} {row['bounces']} bounces"
-    return f"{where}  {'      ' if row['holds'] else 'FAILED'}  {what}"
+    again = ", at the second asking" if row.get("again") else ""
+    return f"{where}  {'      ' if row['holds'] else 'FAILED'}  {what}{again}"
 
 
 def parsed(arguments=None):
