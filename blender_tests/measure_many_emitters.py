@@ -8,9 +8,6 @@ docs/measurements/light_tree.md.
 import resource
 import sys
 import time
-from pathlib import Path
-
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent)]
 
 import core_scenes
 import numpy as np

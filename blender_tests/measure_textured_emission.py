@@ -9,9 +9,6 @@ The scenes are those of test_textured_emission.py. The picture: the room by `pat
 
 import sys
 import time
-from pathlib import Path
-
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parent.parent)]
 
 import numpy as np
 import reuse_scenes as rs
