@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A part of what measure_unbiased.py asks over all benchmark scenes (docs/measurements/unbiased.md): every kind of
-integrator and every Tracer once, under emissive meshes, moving lamps and lamps in shades. And that the checks can fail."""
+integrator and every Tracer once, under emissive meshes, moving lamps, lamps in shades. And that the checks can fail."""
 
 import json
 import subprocess
