@@ -27,8 +27,8 @@ class Agreement:
 def agreement(runs, truth, tiles: int = 6, dark: float = 0.0) -> Agreement:
     """Two sets of independent pictures (H, W, 3), tile by tile and as a whole. ValueError as tile_test.
 
-    dark: tiles with less than this share of the picture's mean count for the whole alone. Where all light there is comes
-    by one sample in ten thousand, runs that have not met it have no spread, and a test of means does not hold."""
+    dark: tiles with less than this share of the picture's mean count for the whole alone. Where all light that there is
+    comes by one sample in ten thousand, runs that have not met it have no spread to judge by."""
     ours, theirs = (np.stack([tile_means(picture, tiles) for picture in pictures]) for pictures in (runs, truth))
     lit = theirs.mean(0) >= dark * theirs.mean()
     result = tile_test(list(ours * lit), list(theirs * lit), tiles)

@@ -8,8 +8,8 @@ docs/measurements/unbiased.md.
 
 Each scene, made small, is asked in a process of its own:
 
-  z       pictures of independent seeds against `path`'s, per tile (of at least a thousandth of the mean) and as a whole;
-          twice where they seem to differ
+  z       pictures of independent seeds against `path`'s, as a whole and by tiles that have a thousandth of its
+          mean or more; twice where they seem to differ
   slope   variance over seeds at 8, 16 and 32 samples: the exponent of the count, -1 for independent samples
   oracle  direct light alone against the sum of pictures with one light each, in which no light is ever chosen
   linear  every emission twice: the picture of the same seed over that of before
