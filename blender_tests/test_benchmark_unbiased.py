@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A part of what measure_unbiased.py asks over all benchmark scenes (docs/measurements/unbiased.md): every kind of
-integrator and every Tracer once, under emissive meshes, moving lamps, lamps in shades. And that the checks can fail."""
+integrator and every Tracer once, under emissive meshes, area lamps, lamps in shades. And that the checks can fail."""
 
 import json
 import subprocess
@@ -25,19 +25,19 @@ def asked(folder, scene, *arguments):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "scene, contestant, tracer, checks",
+    "scene, contestants, tracers, checks",
     [
-        ("rooms", "wssr-hash", "embree", ("z", "oracle", "linear")),
-        pytest.param("neon", "wssr-kd", "ray_query", ("z",), marks=pytest.mark.ray_query),
-        pytest.param("city", "wssr-hash", "ray_pipeline", ("z",), marks=pytest.mark.ray_query),
-        ("shades", "restir-reproject", "embree", ("z", "oracle")),
-        ("streets", "wssr-grid", "embree", ("z", "linear")),
+        ("rooms", ["wssr-hash"], ["embree"], ["z", "oracle", "linear"]),
+        ("shades", ["restir-reproject"], ["embree"], ["z", "linear"]),
+        pytest.param(
+            "heads", ["wssr-kd", "wssr-hash"], ["ray_query", "ray_pipeline"], ["z"], marks=pytest.mark.ray_query
+        ),
     ],
 )
-def test_light_of_path_in_a_benchmark_scene(tmp_path, scene, contestant, tracer, checks):
-    given = ("--contestants", contestant, "--tracers", tracer, "--checks", *checks, "--bounces", "4")
+def test_light_of_path_in_a_benchmark_scene(tmp_path, scene, contestants, tracers, checks):
+    given = ("--contestants", *contestants, "--tracers", *tracers, "--checks", *checks, "--bounces", "4")
     rows = asked(tmp_path, scene, *given)
-    assert sorted(row["check"] for row in rows) == sorted(checks)
+    assert len(rows) == len(checks) * len(contestants) * len(tracers)
     assert all(row["holds"] for row in rows), rows
     assert all(row.get("seen", 0) < 0.12 for row in rows), rows
 
