@@ -59,7 +59,7 @@ void Tables::want_emission() {
   for (const auto& part : state.measuring.parts) {
     const std::uint32_t first = instance_table_[part.instance].light_offset;
     for (std::uint32_t light = first; light < first + part.triangles; ++light)
-      if ((light_table_[light].flags & HW_LIGHT_SHADER) && light_table_[light].area > 0) grid.lights.push_back(light);
+      if ((light_table_[light].flags & HW_LIGHT_SHADER) && state.table.weights[light] > 0) grid.lights.push_back(light);
   }
   grid.size = grid.lights.size() <= kManyTriangles ? 4 : 2;
   grid.taps = taps_for(grid.lights.size() * grid.size * grid.size);
