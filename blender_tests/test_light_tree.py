@@ -5,9 +5,9 @@ import core_scenes
 import numpy as np
 import pytest
 import reuse_scenes
+from expectation import assert_same_light
 
 from headwater.materials import Graph, compile_background
-from headwater.tile_test import tile_test
 
 
 def gradient_sky(scene, factor=1.0):
@@ -46,12 +46,7 @@ def test_the_tree_has_the_expectation_of_choice_by_power(core, make_context, tra
         for lights in ("power", "tree")
     )
     assert not np.array_equal(power[0], tree[0])
-    result = tile_test(tree, power, 6)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
-    total = np.array([p.mean() for p in power]), np.array([t.mean() for t in tree])
-    error = np.sqrt(sum(t.var(ddof=1) / len(t) for t in total))
-    assert abs(total[1].mean() - total[0].mean()) < 4 * error
-    assert error < 0.01 * total[0].mean(), "the test can tell a difference of a percent or two"
+    assert_same_light(tree, power, 4)
 
 
 def test_many_lamps_are_less_noisy_by_the_tree(core, make_context):
@@ -113,8 +108,7 @@ def test_the_tree_follows_lamps_that_move_and_come_and_go(core, make_context):
         edit(fresh_scene)
         fresh = reuse_scenes.renders(core, core.Session(make_context(), fresh_scene), range(300, 316), **given)
         done.append(edit)
-        result = tile_test(kept, fresh, 6)
-        assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+        assert_same_light(kept, fresh, 10)
         assert np.mean(kept) > 0.01
 
     done = []

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 import reuse_scenes as rs
 from core_scenes import placed
+from expectation import agreement, assert_same_light
 from reuse_scenes import RESERVOIRS
-
-from headwater.tile_test import tile_test
 
 GRID = {"grid_resolution": 24, "grid_extent": 3.0}
 
@@ -34,16 +33,6 @@ def truths(core, session):
         0: rs.renders(core, session, range(1000, 1016), samples=256),
         4: rs.renders(core, session, range(1000, 1016), samples=96, max_bounces=4),
     }
-
-
-def assert_same_light(runs, truth, percent):
-    """The runs' mean is the truth's, tile by tile and as a whole, as far as four standard errors tell, which must be no
-    more than `percent` of it."""
-    assert tile_test(runs, truth, 6).p_family > 1e-3
-    means, expected = (np.array([picture.mean() for picture in pictures]) for pictures in (runs, truth))
-    error = np.hypot(means.std(ddof=1) / len(runs) ** 0.5, expected.std(ddof=1) / len(truth) ** 0.5)
-    assert abs(means.mean() - expected.mean()) < 4 * error
-    assert 4 * error < percent / 100 * expected.mean(), "the test would not see a bias"
 
 
 @pytest.mark.parametrize("bounces", [0, 4])
@@ -73,7 +62,7 @@ def test_same_light_however_it_is_weighed(core, session, truths, integrator, set
 
 def test_the_papers_estimator_is_seen(core, session, truths):
     runs = rs.renders(core, session, range(64), "restir", samples=8)
-    assert tile_test(runs, truths[0], 6).p_family < 1e-3
+    assert agreement(runs, truths[0]).p < 1e-3
 
 
 @pytest.mark.parametrize("integrator", ["restir", "wssr-kd", "wssr-grid"])

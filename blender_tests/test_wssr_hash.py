@@ -6,9 +6,8 @@ import core_scenes
 import numpy as np
 import pytest
 import reuse_scenes
+from expectation import assert_same_light
 from test_light_tree import lit_room
-
-from headwater.tile_test import tile_test
 
 HASH = "wssr-hash"
 
@@ -42,12 +41,7 @@ def test_expectation_is_that_of_path(core, make_context, tracer, bounces, light_
     path = reuse_scenes.renders(core, session, range(100, 120), "path", samples=16, max_bounces=bounces)
     given = {"samples": 16, "max_bounces": bounces, "light_samples": light_samples}
     ours = reuse_scenes.renders(core, session, range(100, 120), HASH, **given)
-    result = tile_test(ours, path, 6)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
-    total = np.array([p.mean() for p in path]), np.array([o.mean() for o in ours])
-    error = np.sqrt(sum(t.var(ddof=1) / len(t) for t in total))
-    assert abs(total[1].mean() - total[0].mean()) < 4 * error
-    assert error < 0.015 * total[0].mean(), "the test can tell a difference of a few percent"
+    assert_same_light(ours, path, 6)
 
 
 @pytest.mark.parametrize("samples", [1, 3])
@@ -58,8 +52,7 @@ def test_light_samples_of_path_share_a_surface(core, make_context, samples):
     more = reuse_scenes.renders(
         core, session, range(200, 224), "path", samples=12, max_bounces=2, light_samples=samples
     )
-    result = tile_test(more, one, 6)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+    assert_same_light(more, one, 10)
     if samples > 1:
         assert np.var(more, axis=0).mean() < 0.8 * np.var(one, axis=0).mean()
 
@@ -125,8 +118,7 @@ def test_knowledge_lasts_over_frames_and_edits(core, make_context):
         session.sync()
         kept = [next_frame(session, 200 + s, continue_history=True) for s in range(48)]
         path = reuse_scenes.renders(core, session, range(48), "path", samples=16)
-        result = tile_test(kept, path, 6)
-        assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+        assert_same_light(kept, path, 20)
 
 
 @pytest.mark.parametrize("memory", [1, 16])
@@ -136,8 +128,7 @@ def test_memory_is_bounded_and_too_little_of_it_only_noisy(core, make_context, m
     session = core.Session(make_context(), hidden_lamps(core))
     path = reuse_scenes.renders(core, session, range(24), "path", samples=24)
     ours = reuse_scenes.renders(core, session, range(24), HASH, samples=8, reservoir_memory=memory)
-    result = tile_test(ours, path, 6)
-    assert result.p_family > 1e-3, (result.worst_tile, result.worst_z)
+    assert_same_light(ours, path, 20)
 
 
 def test_few_lights_are_left_to_the_tree(core, make_context):

@@ -150,7 +150,6 @@ Lamp make_lamp(const LightData& data, float scene_radius) {
   r.axis_z = vec3(0, 0, 1);
   r.instance = HW_NONE;
   r.material = HW_NONE;
-  r.group = HW_NONE;
   r.emission = vec3(data.color[0], data.color[1], data.color[2]) * data.power;
   shape.shape = HW_LAMP_SHAPE_NONE;
   shape.center = r.position;

@@ -103,9 +103,14 @@ class TriangleWriter {
       r.instance = in.instance;
       r.primitive = static_cast<std::uint32_t>(t);
       r.material = e.material;
-      r.group = HW_NONE;
+      double radiance = e.radiance;
+      if ((e.flags & HW_LIGHT_SHADER) && e.emits && !in.radiance.empty()) {
+        radiance = in.radiance[t];
+        r.emission = flat ? vec3(0) : vec3(in.radiance[t]);
+        if (!in.maps.empty() && in.maps[t] != HW_NONE) r.emission_map = in.maps_at + in.maps[t];
+      }
       const double sides = (e.flags & HW_LIGHT_TWO_SIDED) ? 2 : 1;
-      table_.weights[at] = e.emits ? static_cast<float>(std::min(kPi * r.area * e.radiance * sides, 3e38)) : 0.0f;
+      table_.weights[at] = e.emits ? static_cast<float>(std::min(kPi * r.area * radiance * sides, 3e38)) : 0.0f;
     }
     if (unusable) unusable_[task.instance] = 1;
   }
@@ -140,7 +145,6 @@ void write_lamps(const LightTableInput& input, LightTable& table) {
   r.axis_z = vec3(0, 0, 1);
   r.instance = HW_NONE;
   r.material = input.world.material;
-  r.group = HW_NONE;
   const double radius = input.scene_radius;
   const double flux = 4 * kPi * brightness(r.emission) * kPi * radius * radius;
   table.weights[table.world_light] = std::isfinite(flux) ? static_cast<float>(std::min(flux, 3e38)) : 0.0f;
@@ -196,7 +200,7 @@ SlotEmission slot_emission(const EmissiveInstance& instance, std::span<const Mat
   return e;
 }
 
-LightTable build_light_table(const LightTableInput& input) {
+LightTable build_light_table(const LightTableInput& input, const LightRoom& room) {
   LightTable table;
   std::size_t count = input.lamps.size() + (input.world.emits ? 1 : 0);
   table.instance_offset.reserve(input.instances.size());
@@ -214,7 +218,9 @@ LightTable build_light_table(const LightTableInput& input) {
   std::uint32_t next_lamp = 0, next_sun = table.sun_offset;
   for (const LightData& lamp : input.lamps) table.lamp_index.push_back(is_sun(lamp) ? next_sun++ : next_lamp++);
   if (input.world.emits) table.world_light = table.lamp_count;
-  table.lights.resize(count);
+  if (!room) table.own.resize(count);
+  table.lights = {room ? room(count) : table.own.data(), count};
+  std::fill(table.lights.begin(), table.lights.end(), LightRecord{});
   table.weights.assign(count, 0.0f);
   table.shapes.resize(table.lamp_count);
   write_lamps(input, table);

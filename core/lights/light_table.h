@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,6 +32,11 @@ struct EmissiveInstance {
   std::span<const std::uint8_t> tri_slots;        // T, or empty: slot 0
   std::span<const std::uint32_t> slot_materials;  // material index of each slot; beyond its end: the last slot's
   std::uint32_t flags = 0;                        // HW_LIGHT_CAMERA .. HW_LIGHT_TRANSMISSION: who sees the object
+  // Of triangles whose emission a program gives, measured: the mean radiance of each; where its map begins among those
+  // at maps_at of Root::emission_maps, HW_NONE for none. T, or empty: not measured; without maps.
+  std::span<const float> radiance;
+  std::span<const std::uint32_t> maps;
+  std::uint32_t maps_at = 0;
 };
 
 struct WorldLight {
@@ -54,8 +60,17 @@ struct LightWarning {
   std::string reason;
 };
 
+// Where the records of a table go: returns room for so many, which stays where it is while the table is used. They are
+// most of a table, and wanted once only: on the device, where the host can see it.
+using LightRoom = std::function<LightRecord*(std::size_t)>;
+
 struct LightTable {
-  std::vector<LightRecord> lights;             // lamps, suns last among them; the world; triangles
+  LightTable() = default;
+  LightTable(LightTable&&) = default;
+  LightTable& operator=(LightTable&&) = default;
+
+  std::span<LightRecord> lights;               // lamps, suns last among them; the world; triangles
+  std::vector<LightRecord> own;                // holds them where no room was given
   std::vector<LampShape> shapes;               // one for each lamp
   std::vector<float> weights;                  // one for each light: flux estimate [W]; 0: never chosen
   std::vector<AliasEntry> alias;               // one for each light
@@ -71,7 +86,7 @@ struct LightTable {
 // Builds the table in O(lights), on several threads for large meshes. Lights that cannot emit (power not finite or not
 // positive, matrix not finite or flat, triangles without area) keep their place with weight 0 and emission 0.
 // Throws SceneError naming the instance when an index points outside its mesh, or there are 2^32 - 1 lights or more.
-LightTable build_light_table(const LightTableInput& input);
+LightTable build_light_table(const LightTableInput& input, const LightRoom& room = {});
 
 // The same scene with other lamp settings or matrices: rewrites lamps, the world and the instances listed in `moved`
 // (indices into input.instances), and the odds where weights changed. Counts and order of everything must be as when

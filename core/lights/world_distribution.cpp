@@ -5,25 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lights/cumulative.h"
+
 namespace hw {
 namespace {
 
 float usable(float v) { return v > 0 && v <= 3.4e38f ? v : 0.0f; }
-
-// Cumulative distribution of n values into n + 1 floats that never fall and end in exactly 1; all 0 when the sum is.
-void accumulate(const double* values, std::size_t n, double sum, float* out) {
-  double running = 0;
-  out[0] = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    running += values[i];
-    out[i + 1] = sum > 0 ? std::min(1.0f, static_cast<float>(running / sum)) : 0.0f;
-  }
-  if (!(sum > 0)) return;
-  // Rounding must not leave the last cells that have weight without reach, nor give weight to those that have none.
-  std::size_t last = n;
-  while (last > 1 && !(values[last - 1] > 0)) --last;
-  for (std::size_t i = last; i <= n; ++i) out[i] = 1;
-}
 
 }  // namespace
 
@@ -66,11 +53,11 @@ WorldTables build_world_distribution(const float* values, std::uint32_t width, s
         row[x] = std::max(0.0, static_cast<double>(usable(values[y * w + x])) - offset);
         sum += row[x];
       }
-      accumulate(row.data(), w, sum, t.conditional.data() + y * (w + 1));
+      accumulate(row, sum, t.conditional.data() + y * (w + 1));
       rows[y] = sum * row_area[y] / static_cast<double>(w);
       total += rows[y];
     }
-    accumulate(rows.data(), h, total, t.marginal.data());
+    accumulate(rows, total, t.marginal.data());
     return total;
   };
   double total = fill(compensate ? mean : 0.0);

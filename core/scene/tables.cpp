@@ -39,6 +39,7 @@ Tables::Tables(Device& device, Scene& scene, Tracer& tracer)
       light_order_table_(device, "light tree order"),
       light_position_table_(device, "light tree positions"),
       world_table_(device, "world distribution"),
+      emission_map_table_(device, "emission maps"),
       root_buffer_(std::make_unique<Buffer>(device, sizeof(Root), BufferUse::device, "root")) {
   root_.world_light = root_.world_material = HW_NONE;
 }
@@ -115,7 +116,8 @@ void Tables::update_root() {
   next.light_order = light_order_table_.address();
   next.light_position = light_position_table_.address();
   next.light_tree_scale = state.tree.scale;
-  next.light_tree_nodes = state.tree_current ? static_cast<uint>(state.tree.nodes.size()) : 0u;
+  next.emission_maps = emission_map_table_.address();
+  next.light_tree_nodes = state.tree_current ? static_cast<uint>(light_tree_table_.size()) : 0u;
   next.world = state.distribution.record;
   next.world.marginal = world_table_.address();
   next.world.conditional = world_table_.address() + state.distribution.marginal.size() * sizeof(float);

@@ -20,6 +20,7 @@
 #include "lights/light_tree.h"
 #include "lights/world_distribution.h"
 #include "scene/light_identity.h"
+#include "scene/measured_emission.h"
 #include "scene/scene.h"
 #include "scene/shading_classes.h"
 #include "scene/upload.h"
@@ -72,6 +73,11 @@ class Tables {
   };
   std::optional<GridSize> world_luminance_wanted() const;
   void set_world_luminance(std::span<const float> luminance, std::uint32_t width, std::uint32_t height);
+
+  // Emission that programs give over triangles is evaluated by a stage too, in up to two rounds. Where this gives a
+  // grid after update(), pass on the mean radiance of each of its cells, in its order; and ask again.
+  const EmissionGrid* emission_wanted() const;
+  void set_emission(std::span<const float> radiance);
 
   // How the lights of the table differ from those at the last call of take_light_changes() (before the first: from no
   // lights), over all that came between: updates, the world's luminance, another way to choose lights. Places are those
@@ -128,6 +134,8 @@ class Tables {
     bool noted = false;        // `now` is newer than `taken`
     std::uint64_t noted_images = 0;
     LightChanges changes;  // from `taken` to `now`
+    std::map<EmissionKey, MeasuredEmission> emission;
+    EmissionMeasuring measuring;
   };
 
   void set_address(std::uint64_t& where, VkDeviceAddress address) { root_dirty_ |= where != address, where = address; }
@@ -147,6 +155,10 @@ class Tables {
   void update_light_tree(bool rebuilt);
   void gather_lamps();
   void gather_world();
+  void match_emission();
+  void want_emission();
+  void take_coarse(std::span<const float> values);
+  void finish_emission();
   void gather_instances(std::vector<EmissiveInstance>& instances, std::vector<std::uint32_t>& moved) const;
   void note_lights(std::span<const EmissiveInstance> instances, bool rebuilt);
   void note_emitters(LightSnapshot& next, std::span<const EmissiveInstance> instances, bool rebuilt);
@@ -181,7 +193,7 @@ class Tables {
   Table<AliasEntry> alias_table_;
   Table<LightTreeNode> light_tree_table_;
   Table<std::uint32_t> light_order_table_, light_position_table_;
-  Table<float> world_table_;
+  Table<float> world_table_, emission_map_table_;
   std::unique_ptr<Buffer> root_buffer_;
   Root root_{};
   bool root_dirty_ = true;

@@ -40,11 +40,17 @@ struct Tables::GroupSlot {
   std::uint32_t mask = 0;             // HW_MASK_* of an instance that can be hit
   std::uint32_t features = 0;         // HW_FEATURE_* that its materials need
   bool emitting_slots = false;        // some of its materials may emit
-  bool emissive = false;              // ... and it has triangles to emit from
+  bool varying = false;               // ... by a program
+  bool emissive = false;              // some of them may, and it has triangles to emit from
   std::uint32_t light_triangles = 0;  // of one instance, as the light table was laid out
   bool written = false;               // by the update that is under way
-  double low[3], high[3];             // world bounds of what can be hit; low > high for nothing
+  bool remeasured = false;            // its triangles are to take what was measured of their emission
+  const MeasuredEmission* emission = nullptr;
+  double low[3], high[3];  // world bounds of what can be hit; low > high for nothing
 };
+
+// Newest revision of a material's program and its images.
+std::uint64_t program_revision(const Scene::Impl& scene, Id id);
 
 // What instances without a material show: Root::materials[0].
 MaterialData default_material();

@@ -95,7 +95,10 @@ void Tables::lay_out_instances() {
       const auto& ids = group.shared.materials;
       const Id material = ids.empty() ? 0 : ids[std::min(i, ids.size() - 1)];
       slots.push_back(material == 0 ? 0 : material_index_.at(material));
-      flags |= material_table_[slots.back()].flags;
+      const std::uint32_t of_slot = material_table_[slots.back()].flags;
+      flags |= of_slot;
+      constexpr std::uint32_t kVaries = HW_MATERIAL_EMISSIVE | HW_MATERIAL_EMISSION_SHADER;
+      slot.varying |= (of_slot & kVaries) == kVaries;
       slot.features |= material_features_[slots.back()];
     }
     feature_sets[slot.features] += group.matrices.size();

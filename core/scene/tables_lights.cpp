@@ -37,15 +37,6 @@ Tables::GridSize importance_size(const Scene::Impl& scene) {
   return {width, width / 2};
 }
 
-// Newest revision of a material's program and its images.
-std::uint64_t program_revision(const Scene::Impl& scene, Id id) {
-  const MaterialEntry& material = scene.materials.at(id);
-  std::uint64_t revision = material.revision;
-  for (Id image : material.data.images)
-    if (image != 0) revision = std::max(revision, scene.images.at(image).revision);
-  return revision;
-}
-
 // Newest revision of what the world's luminance depends on.
 std::uint64_t world_revision(const Scene::Impl& scene) {
   if (scene.world.material == 0) return scene.world_revision;
@@ -53,6 +44,14 @@ std::uint64_t world_revision(const Scene::Impl& scene) {
 }
 
 }  // namespace
+
+std::uint64_t program_revision(const Scene::Impl& scene, Id id) {
+  const MaterialEntry& material = scene.materials.at(id);
+  std::uint64_t revision = material.revision;
+  for (Id image : material.data.images)
+    if (image != 0) revision = std::max(revision, scene.images.at(image).revision);
+  return revision;
+}
 
 void Tables::gather_lamps() {
   LightState& state = *lights_;
@@ -108,6 +107,11 @@ void Tables::gather_instances(std::vector<EmissiveInstance>& instances, std::vec
     instance.tri_slots = mesh.tri_slots;
     instance.slot_materials = slots.subspan(slot.slot_offset, slot.slot_count);
     instance.flags = light_flags(slot.group->shared.visibility);
+    if (slot.emission && slot.emission->radiance.size() == slot.light_triangles) {
+      instance.radiance = slot.emission->radiance;
+      instance.maps = slot.emission->map;
+      instance.maps_at = slot.emission->maps_at;
+    }
     for (std::size_t i = 0; i < slot.group->matrices.size(); ++i) {
       if (slot.written) moved.push_back(static_cast<std::uint32_t>(instances.size()));
       instance.instance = slot.base + static_cast<std::uint32_t>(i);
@@ -143,7 +147,12 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   const bool dirty = lights_dirty_ || lights_layout_dirty_;
   std::vector<EmissiveInstance> instances;
   std::vector<std::uint32_t> moved;
-  if (dirty || state.noted_images != scene.images_revision) gather_instances(instances, moved);
+  const bool look = dirty || state.noted_images != scene.images_revision;
+  if (look) {
+    match_emission();
+    for (auto& [id, slot] : groups_) slot.written |= std::exchange(slot.remeasured, false);
+    gather_instances(instances, moved);
+  }
   if (dirty) {
     LightTableInput input;
     input.lamps = state.lamps;
@@ -154,14 +163,16 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     input.selection = state.selection;
     std::size_t count = state.table.lamp_count + std::size_t{state.table.world_light != HW_NONE};
     if (lights_layout_dirty_) {
-      state.table = build_light_table(input);
+      state.table = build_light_table(input, [this](std::size_t wanted) {
+        light_table_.resize(wanted);
+        return light_table_.edit(0, wanted);
+      });
       count = state.table.lights.size();
     } else {
       update_light_table(state.table, input, moved);
       if (!moved.empty()) count = state.table.lights.size();
+      light_table_.edit(0, count);  // that is where it wrote
     }
-    light_table_.resize(state.table.lights.size());
-    if (count > 0) std::copy_n(state.table.lights.begin(), count, light_table_.edit(0, count));
     alias_table_.assign(state.table.alias);
     counts.lights_uploaded += count;
     for (std::size_t i = 0; i < instances.size(); ++i) {
@@ -173,7 +184,10 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
     update_light_tree(lights_layout_dirty_);
   }
   // Images change what programs emit, and nothing in the table.
-  if (dirty || state.noted_images != scene.images_revision) note_lights(instances, lights_layout_dirty_);
+  if (look) {
+    note_lights(instances, lights_layout_dirty_);
+    want_emission();
+  }
   if (dirty) {
     lights_dirty_ = lights_layout_dirty_ = false;
     seen_lights_ = scene.lights_revision;
@@ -190,7 +204,8 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   }
   counts.bytes_uploaded += light_table_.flush(uploader) + alias_table_.flush(uploader) + world_table_.flush(uploader) +
                            instance_table_.flush(uploader) + light_tree_table_.flush(uploader) +
-                           light_order_table_.flush(uploader) + light_position_table_.flush(uploader);
+                           light_order_table_.flush(uploader) + light_position_table_.flush(uploader) +
+                           emission_map_table_.flush(uploader);
   counts.lights_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -205,13 +220,17 @@ void Tables::update_light_tree(bool rebuilt) {
   input.lights = state.table.lights;
   input.weights = state.table.weights;
   input.scene_radius = state.input_radius;
-  if (rebuilt || !state.tree_current || !refit_light_tree(state.tree, input)) {
+  // Nodes lie in their table alone between updates.
+  const bool refit = !rebuilt && state.tree_current;
+  if (refit) state.tree.nodes.assign(light_tree_table_.data(), light_tree_table_.data() + light_tree_table_.size());
+  if (!refit || !refit_light_tree(state.tree, input)) {
     state.tree = build_light_tree(input);
     ++state.tree_revision;
     light_order_table_.assign(state.tree.order);
     light_position_table_.assign(state.tree.position);
   }
   light_tree_table_.assign(state.tree.nodes);
+  std::vector<LightTreeNode>().swap(state.tree.nodes);
   state.tree_current = true;
 }
 

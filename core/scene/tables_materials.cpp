@@ -54,7 +54,7 @@ void Tables::update_materials(TableCounts& counts) {
   }
   // What instances take from materials: their indices, whether shadow rays pass and whether they emit, and (below) what
   // their programs need.
-  constexpr std::uint32_t kInstanceFlags = HW_MATERIAL_TRANSPARENT | HW_MATERIAL_EMISSIVE;
+  constexpr std::uint32_t kInstanceFlags = HW_MATERIAL_TRANSPARENT | HW_MATERIAL_EMISSIVE | HW_MATERIAL_EMISSION_SHADER;
   bool instances_care = index != material_index_ || material_table_.size() != materials.size();
   for (std::size_t i = 0; i < materials.size() && !instances_care; ++i)
     instances_care = ((materials[i]->flags ^ material_table_[i].flags) & kInstanceFlags) != 0;

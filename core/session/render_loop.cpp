@@ -8,6 +8,7 @@
 
 #include "integrators/integrator.h"
 #include "lib/camera.h"
+#include "stages/triangle_emission.h"
 #include "stages/world_luminance.h"
 
 namespace hw {
@@ -100,6 +101,26 @@ void RenderLoop::choose_wave() {
   wave_ = std::make_unique<Wave>(device, std::uint32_t(capacity), light_samples, film_.layout());
 }
 
+void RenderLoop::measure_lights(Commands& commands) {
+  const auto grid = tables_.world_luminance_wanted();
+  if (!grid && !tables_.emission_wanted()) return;
+  on_stage("preparing lights");
+  apply_settings(wave_->params(), settings_, film_.layout());
+  wave_->write_params(commands);
+  commands.flush();
+  Device& device = *context_.device;
+  const SpecConstants constants{{0, tables_.totals().classes.all | tables_.world_features() | scene_features(tables_)},
+                                {1, film_.layout().mask},
+                                {2, film_.layout().light_passes ? 1u : 0u}};
+  while (const EmissionGrid* wanted = tables_.emission_wanted())
+    tables_.set_emission(measure_emission(device, *context_.kernels, tables_.root_buffer(), *wave_->frame, constants,
+                                          wanted->lights, wanted->size, wanted->taps, cancelled_));
+  if (grid)
+    tables_.set_world_luminance(measure_world(device, *context_.kernels, tables_.root_buffer(), *wave_->frame,
+                                              constants, grid->width, grid->height, cancelled_),
+                                grid->width, grid->height);
+}
+
 void RenderLoop::run() {
   const KernelCache::Interruptible interruptible(*context_.kernels, cancelled_);
   try {
@@ -114,6 +135,9 @@ void RenderLoop::render() {
   choose_wave();
   Wave& wave = *wave_;
   Commands commands(device);
+
+  tables_.set_luts(context_.luts->address());
+  measure_lights(commands);
 
   // Cells are over the tree, whatever is asked for.
   const bool cells = settings_.integrator == "wssr-hash" && !renders_by_path(settings_, tables_.root().light_count);
@@ -131,16 +155,6 @@ void RenderLoop::render() {
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
   std::vector<SpecConstants> class_constants;
   for (std::uint32_t features : classes.features) class_constants.push_back(constants_for(features));
-  tables_.set_luts(context_.luts->address());
-  if (const auto grid = tables_.world_luminance_wanted()) {
-    on_stage("preparing the world");
-    apply_settings(wave.params(), settings_, film_.layout());
-    wave.write_params(commands);
-    commands.flush();
-    const auto luminance = measure_world(device, *context_.kernels, tables_.root_buffer(), *wave.frame, constants,
-                                         grid->width, grid->height, cancelled_);
-    tables_.set_world_luminance(luminance, grid->width, grid->height);
-  }
   commands.set_uniforms(tables_.root_buffer(), *wave.frame);
 
   apply_settings(wave.params(), settings_, film_.layout());

@@ -36,6 +36,8 @@ class RenderLoop {
  private:
   void render();
   void choose_wave();
+  // Evaluates what programs emit, for the odds of lights.
+  void measure_lights(Commands& commands);
   // Runs what is recorded, and says how far the picture is.
   void submit(Commands& commands);
   void report(const Commands& commands);

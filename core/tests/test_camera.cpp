@@ -318,7 +318,7 @@ void main() {
   v += vec3(sampler_1d(x, 0u, 0u, 0u), sampler_2d(x, 0u, 1u, 0u));
   LightSample s;
   float sum = sampler_blue_1d(x, 0u, 0u, 1u, 2u, 3u) + sampler_blue_2d(x, 0u, 0u, 1u, 2u, 3u).x;
-  if (light_sample(w.light, w.P, u.xyz, s)) { sum += light_pdf(w.light, w.P, s.wi, s.distance) * s.radiance.x; }
+  if (light_sample(w.light, 0ul, w.P, u.xyz, s)) { sum += light_pdf(w.light, 0ul, w.P, s.wi, s.distance, s.uv) * s.radiance.x; }
   float pdf; bool visible; vec3 wi, origin; float tmin, tmax;
   sum += lamp_emission(w.light, w.P, s.wi, s.distance, pdf, visible).x + pdf + float(visible);
   sum += sun_emission(w.light, s.wi, pdf).x + pdf;

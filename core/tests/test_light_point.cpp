@@ -23,7 +23,7 @@ TEST_CASE("light points are those that light samples drew") {
       for (int i = 0; i < 100; ++i) {
         const vec3 P = receiver(c, i, random);
         LightSample s;
-        if (!light_sample(c.light, P, vec3(random(), random(), 0), s)) continue;
+        if (!light_sample(c.light, 0, P, vec3(random(), random(), 0), s)) continue;
         ++count;
         const vec2 uv = light_point_uv(c.light, P, s);
         CHECK(uv.x >= 0);
@@ -39,7 +39,7 @@ TEST_CASE("light points are those that light samples drew") {
         wrong_radiance += !(std::abs(p.radiance.x - s.radiance.x) <= 0.01f * s.radiance.x);
         dark += !(p.density > 0);
         CHECK(p.delta == ((s.flags & HW_LIGHT_SAMPLE_DELTA) != 0u));
-        const float pdf = light_point_mis_pdf(c.light, {}, P, p);
+        const float pdf = light_point_mis_pdf(c.light, 0, {}, P, p, s.uv);
         wrong_pdf += !p.delta && !(std::abs(pdf - s.pdf) <= 5e-3f * s.pdf);
         if (p.delta) CHECK(p.density == 1.0f);
       }
@@ -74,7 +74,7 @@ TEST_CASE("even places times density are the light that arrives") {
         bool delta = false;
         for (int i = 0; i < 4000; ++i) {
           LightSample s;
-          const bool lit = light_sample(c.light, P, vec3(random(), random(), 0), s);
+          const bool lit = light_sample(c.light, 0, P, vec3(random(), random(), 0), s);
           const double from = lit ? s.radiance.x / s.pdf : 0;
           sampled[0].add(from);
           sampled[1].add(from * dot(lean, s.wi));

@@ -228,7 +228,7 @@ TEST_CASE("no light that can contribute is out of the light tree's reach") {
         bool contributes = false;
         for (int k = 0; k < 8 && !contributes; ++k) {
           LightSample s;
-          contributes = light_sample(lights.records[i], r.position, vec3(random(), random(), 0), s) && s.pdf > 0 &&
+          contributes = light_sample(lights.records[i], 0, r.position, vec3(random(), random(), 0), s) && s.pdf > 0 &&
                         (r.transmits || dot(r.normal, s.wi) > 1e-4f);
         }
         found += contributes;

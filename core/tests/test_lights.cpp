@@ -115,9 +115,9 @@ void compare(const std::string& name, const LightRecord& light, vec3 P, vec3 axi
   int wrong_pdf = 0, wrong_distance = 0, not_finite = 0;
   for (int i = 0; i < kSamples; ++i) {
     LightSample s;
-    const bool lit = light_sample(light, P, vec3(random(), random(), random()), s);
+    const bool lit = light_sample(light, 0, P, vec3(random(), random(), random()), s);
     if (lit) {
-      const float pdf = light_pdf(light, P, s.wi, s.distance);
+      const float pdf = light_pdf(light, 0, P, s.wi, s.distance, s.uv);
       wrong_pdf += !(std::abs(pdf - s.pdf) <= 2e-3f * s.pdf);
       not_finite += !std::isfinite(s.wi.x + s.wi.y + s.wi.z + s.pdf + s.radiance.x) || !(s.pdf > 0);
       if (s.distance < HW_INFINITY) {
@@ -135,7 +135,7 @@ void compare(const std::string& name, const LightRecord& light, vec3 P, vec3 axi
     const double t = trace(wi);
     const double radiance = t > 0 ? emitted(wi, static_cast<float>(t)) : 0;
     const double solid_angle = 2 * kPi * height;
-    const double pdf = radiance > 0 ? light_pdf(light, P, wi, static_cast<float>(t)) * solid_angle : 0;
+    const double pdf = radiance > 0 ? light_pdf(light, 0, P, wi, static_cast<float>(t), vec2(0)) * solid_angle : 0;
     light_by_force.add(radiance * solid_angle);
     hits_by_force.add(pdf);
     way_by_force.add(pdf * glm::dot(weight, wi));
@@ -226,7 +226,7 @@ TEST_CASE("area lamps agree with brute force") {
   }
   LightData d = lamp(HW_LIGHT_AREA, place(vec3(0)));
   LightSample s;
-  CHECK_FALSE(light_sample(make_lamp(d, 1).record, vec3(0, 0, 1), vec3(0.5f), s));  // behind
+  CHECK_FALSE(light_sample(make_lamp(d, 1).record, 0, vec3(0, 0, 1), vec3(0.5f), s));  // behind
   compare_lamp("small and far", lamp(HW_LIGHT_AREA, place(vec3(0))), vec3(3, 0, -60), 7);
 }
 
@@ -243,8 +243,9 @@ TEST_CASE("a narrow spread is sampled where it lights, for any shape") {
     Mean all;
     for (int k = 0; k < 20000; ++k) {
       LightSample s;
-      all.add(light_sample(light, P, vec3(random(), random(), 0), s) ? s.radiance.x / s.pdf * -glm::dot(s.wi, s.normal)
-                                                                     : 0);
+      all.add(light_sample(light, 0, P, vec3(random(), random(), 0), s)
+                  ? s.radiance.x / s.pdf * -glm::dot(s.wi, s.normal)
+                  : 0);
     }
     // Where the lamp's whole beam is seen, irradiance is the lamp's flux over its area, whatever the spread.
     CHECK(all.mean() == doctest::Approx(kPi * light.emission.x).epsilon(0.02));
@@ -269,7 +270,7 @@ TEST_CASE("suns agree with brute force and are normalised") {
     Random random(4);
     for (int i = 0; i < 20000; ++i) {
       LightSample s;
-      REQUIRE(light_sample(light, vec3(0), vec3(random(), random(), 0), s));
+      REQUIRE(light_sample(light, 0, vec3(0), vec3(random(), random(), 0), s));
       all.add(s.radiance.x / s.pdf * glm::dot(s.wi, light.axis_z));
     }
     CHECK(std::abs(all.mean() - 3) <= 5 * all.error() + 1e-3);
@@ -280,20 +281,20 @@ TEST_CASE("lamps without size are deltas with the right strength") {
   LightData d = lamp(HW_LIGHT_POINT, place(vec3(0, 0, 2)));
   LightSample s;
   LightRecord light = make_lamp(d, 1).record;
-  REQUIRE(light_sample(light, vec3(0), vec3(0.3f), s));
+  REQUIRE(light_sample(light, 0, vec3(0), vec3(0.3f), s));
   CHECK(s.flags == HW_LIGHT_SAMPLE_DELTA);
   CHECK(s.pdf == 1.0f);
   CHECK(s.distance == doctest::Approx(2));
   CHECK(s.radiance.x == doctest::Approx(100 / (4 * kPi) / 4));
-  CHECK(light_pdf(light, vec3(0), s.wi, s.distance) == 0.0f);
+  CHECK(light_pdf(light, 0, vec3(0), s.wi, s.distance, s.uv) == 0.0f);
   d.normalize = false;
   light = make_lamp(d, 1).record;
-  REQUIRE(light_sample(light, vec3(0), vec3(0.3f), s));
+  REQUIRE(light_sample(light, 0, vec3(0), vec3(0.3f), s));
   CHECK(s.radiance.x == doctest::Approx(100 / kPi / 4));
 
   d = lamp(HW_LIGHT_SUN, place(vec3(0)), 5);
   light = make_lamp(d, 1).record;
-  REQUIRE(light_sample(light, vec3(0), vec3(0.3f), s));
+  REQUIRE(light_sample(light, 0, vec3(0), vec3(0.3f), s));
   CHECK(s.radiance.x == doctest::Approx(5));
   CHECK(s.wi.z == doctest::Approx(1));
   CHECK(s.distance == HW_INFINITY);
@@ -301,10 +302,10 @@ TEST_CASE("lamps without size are deltas with the right strength") {
   d = lamp(HW_LIGHT_AREA, place(vec3(0, 0, 2)));
   d.spread = 0;
   light = make_lamp(d, 1).record;
-  REQUIRE(light_sample(light, vec3(0.4f, 0, 0), vec3(0.3f), s));
+  REQUIRE(light_sample(light, 0, vec3(0.4f, 0, 0), vec3(0.3f), s));
   CHECK(s.flags == HW_LIGHT_SAMPLE_DELTA);
   CHECK(s.radiance.x == doctest::Approx(100));
-  CHECK_FALSE(light_sample(light, vec3(0.6f, 0, 0), vec3(0.3f), s));
+  CHECK_FALSE(light_sample(light, 0, vec3(0.6f, 0, 0), vec3(0.3f), s));
 }
 
 TEST_CASE("emissive triangles agree with brute force") {
@@ -340,7 +341,7 @@ TEST_CASE("emissive triangles agree with brute force") {
         },
         [&](vec3, float) { return sampled ? 2.0 : 0.0; });
     LightSample s;
-    CHECK(light_sample(light, P, vec3(0.3f, 0.6f, 0), s) == sampled);
+    CHECK(light_sample(light, 0, P, vec3(0.3f, 0.6f, 0), s) == sampled);
     if (sampled) {
       const vec3 at = light.position + light.axis_x * s.uv.x + light.axis_y * s.uv.y;
       CHECK(glm::length(at - (P + s.wi * s.distance)) < 1e-4f);
@@ -355,10 +356,10 @@ TEST_CASE("emissive triangles agree with brute force") {
   light.axis_z = vec3(0, 0, 1);
   light.emission = vec3(1);
   LightSample s;
-  CHECK_FALSE(light_sample(light, vec3(0, 0, 1), vec3(0.5f), s));
+  CHECK_FALSE(light_sample(light, 0, vec3(0, 0, 1), vec3(0.5f), s));
   light.area = 0.5f;
-  CHECK_FALSE(light_sample(light, vec3(2, 2, 0), vec3(0.5f), s));
-  CHECK(light_sample(light, vec3(0, 0, 1), vec3(0.5f), s));
+  CHECK_FALSE(light_sample(light, 0, vec3(2, 2, 0), vec3(0.5f), s));
+  CHECK(light_sample(light, 0, vec3(0, 0, 1), vec3(0.5f), s));
 }
 
 // Mean radiance over a white diffuse plane z = 0, |x|, |y| < 3 m, under one lamp of 100 W (sun: 3 W/m^2), rendered with
@@ -423,7 +424,7 @@ TEST_CASE("lamps light a plane as Cycles 5.0.1 does") {
       const vec4 u = sampler_4d(77, i, 0, 1);
       const vec3 P((u.x - 0.5f) * 6, (u.y - 0.5f) * 6, 0);
       LightSample s;
-      if (light_sample(made.record, P, vec3(u.z, u.w, 0), s)) sum += std::max(0.0f, s.wi.z) * s.radiance.x / s.pdf;
+      if (light_sample(made.record, 0, P, vec3(u.z, u.w, 0), s)) sum += std::max(0.0f, s.wi.z) * s.radiance.x / s.pdf;
     }
     CAPTURE(c.name);
     CHECK(sum / kPoints / kPi == doctest::Approx(c.cycles).epsilon(0.004));

@@ -80,7 +80,7 @@ LightDraw draw_on_light(vec3 P, uint index, float weight, float mis_choice, vec2
     d.radiance = d.program ? vec3(1.0) : HW_ROOT.world_color;
   } else {
     LightSample s;
-    bool ok = light_sample(light, P, vec3(u2, 0.0), s);
+    bool ok = light_sample(light, HW_ROOT.emission_maps, P, vec3(u2, 0.0), s);
     d.wi = s.wi;
     d.distance = s.distance;
     d.normal = s.normal;
@@ -127,7 +127,7 @@ LightDraw draw_reservoir(vec3 P, Reservoir r, float mis_scale) {
   float weight = p.density * r.weight;
   d.pdf = 1.0 / max(weight, 1e-30);
   d.mis_pdf = mis_scale * AliasTable(HW_ROOT.light_alias).at[r.light].pdf *
-              light_point_mis_pdf(light, HW_ROOT.world, P, p);
+              light_point_mis_pdf(light, HW_ROOT.emission_maps, HW_ROOT.world, P, p, d.uv);
   d.valid = weight > 0.0;
   return d;
 }

@@ -175,9 +175,10 @@ HW_FN float light_uniform_share(LightRecord light) {
 }
 
 // Solid-angle pdf with which `path` would find the point by next-event estimation, once it has chosen the light: what
-// MIS against BSDF rays weighs (see shade.comp).
-HW_FN float light_point_mis_pdf(LightRecord light, WorldDistribution world, vec3 P, HW_IN(LightPoint) p) {
-  return light.type == HW_LIGHT_WORLD ? world_pdf(world, p.wi) : light_pdf(light, P, p.wi, p.distance);
+// MIS against BSDF rays weighs (see shade.comp). `uv`: its place.
+HW_FN float light_point_mis_pdf(LightRecord light, uint64_t maps, WorldDistribution world, vec3 P, HW_IN(LightPoint) p,
+                                vec2 uv) {
+  return light.type == HW_LIGHT_WORLD ? world_pdf(world, p.wi) : light_pdf(light, maps, P, p.wi, p.distance, uv);
 }
 
 HW_NAMESPACE_END

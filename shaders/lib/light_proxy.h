@@ -34,6 +34,7 @@ HW_FN LightProxy light_proxy(LightRecord light, HW_IN(AliasEntry) entry, float w
     a = 1.0f;
     b = 0.0f;
     p.flags |= (light.flags & HW_LIGHT_TWO_SIDED) != 0u ? HW_PROXY_TWO_SIDED : 0u;
+    p.flags |= light.emission_map << HW_PROXY_MAP_SHIFT;
     // A program's emission may be estimated as black and still shine.
     radiance = (light.flags & HW_LIGHT_SHADER) != 0u && !(radiance > 0.0f) ? 1.0f : radiance;
     p.intensity = radiance * p.area;

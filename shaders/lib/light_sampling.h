@@ -10,11 +10,11 @@
 HW_NAMESPACE_BEGIN
 
 // Samples a direction from P towards `light` (not the world). False: this sample brings no light; it counts as zero.
-// `u3.z` is spare.
-HW_FN bool light_sample(LightRecord light, vec3 P, vec3 u3, HW_OUT(LightSample) s) {
+// `u3.z` is spare. `maps`: Root::emission_maps.
+HW_FN bool light_sample(LightRecord light, uint64_t maps, vec3 P, vec3 u3, HW_OUT(LightSample) s) {
   vec2 u = vec2(u3.x, u3.y);
   if (light.type == HW_LIGHT_TRIANGLE) {
-    return triangle_light_sample(light, P, u, s);
+    return triangle_light_sample(light, maps, P, u, s);
   }
   if (light.type == HW_LIGHT_AREA) {
     return lamp_area_sample(light, P, u, s);
@@ -29,11 +29,11 @@ HW_FN bool light_sample(LightRecord light, vec3 P, vec3 u3, HW_OUT(LightSample) 
   return false;
 }
 
-// Solid-angle pdf with which light_sample(light, P) makes the direction wi, which meets the light at distance t.
-// 0 where it never does (deltas, sides that are not sampled, the world).
-HW_FN float light_pdf(LightRecord light, vec3 P, vec3 wi, float t) {
+// Solid-angle pdf with which light_sample(light, maps, P) makes the direction wi, which meets the light at distance t,
+// a triangle in the point with barycentrics uv. 0 where it never does (deltas, sides that are not sampled, the world).
+HW_FN float light_pdf(LightRecord light, uint64_t maps, vec3 P, vec3 wi, float t, vec2 uv) {
   if (light.type == HW_LIGHT_TRIANGLE) {
-    return triangle_light_pdf(light, P, wi, t);
+    return triangle_light_pdf(light, maps, P, wi, t, uv);
   }
   if (light.type == HW_LIGHT_AREA) {
     return lamp_area_pdf(light, P, wi, t);

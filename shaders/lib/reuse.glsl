@@ -74,10 +74,19 @@ void reuse_surface_store(uint64_t array, uint index, ReuseSurface s) {
   w.at[3] = word_of(s.reflectance, s.alpha_transmit);
 }
 
-// p_hat of a light at a surface; 0 for no light.
-float reuse_target_of(TargetSurface s, uint light) {
-  if (light >= HW_ROOT.light_count) return 0.0;
-  return target_value(s, proxy_load(light), HW_REUSE.light_mis_scale);
+// How bright a point of a light is beside the light's mean, as far as p_hat counts it: by the map of a triangle's
+// emission. `map`: 0 for none.
+float reuse_point_brightness(uint map, vec2 uv) {
+  if (!HW_HAS(HW_FEATURE_EMISSION_PROGRAM) || map == 0u) return 1.0;
+  return emission_map_density(HW_ROOT.emission_maps, map, triangle_unwarp_area(uv));
+}
+
+// p_hat of a reservoir's sample at a surface; 0 for no light.
+float reuse_target_of(TargetSurface s, Reservoir kept) {
+  if (kept.light >= HW_ROOT.light_count) return 0.0;
+  LightProxy light = proxy_load(kept.light);
+  return target_value(s, light, HW_REUSE.light_mis_scale) *
+         reuse_point_brightness(light.flags >> HW_PROXY_MAP_SHIFT, vec2(kept.u, kept.v));
 }
 
 // A reservoir of the last frame in this one: its light by this frame's index. The sample of a light that is gone is

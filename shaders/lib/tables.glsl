@@ -2,6 +2,7 @@
 // Reads the scene's tables by address (shared/tables.h). Each accessor returns one record; nothing here writes.
 #ifndef HW_TABLES_GLSL
 #define HW_TABLES_GLSL
+#include "../shared/features.h"
 #include "../shared/path.h"
 #include "../shared/rays.h"
 #include "../shared/tables.h"
@@ -41,7 +42,7 @@ LightRecord light_load(uint index) {
   r.primitive = word_low(w11);
   r.material = word_high(w11);
   r.area = word_low_float(w12);
-  r.group = word_high(w12);
+  r.emission_map = HW_HAS(HW_FEATURE_EMISSION_PROGRAM) ? word_high(w12) : 0u;
   return r;
 }
 

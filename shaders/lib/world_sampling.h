@@ -5,27 +5,9 @@
 #ifndef HW_WORLD_SAMPLING_H
 #define HW_WORLD_SAMPLING_H
 #include "../shared/lights.h"
+#include "cumulative.h"
 #include "equirect.h"
-#ifdef __cplusplus
-#define HW_WORLD_CDF(ADDRESS, INDEX) (reinterpret_cast<const float*>(ADDRESS)[INDEX])
-#else
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer WorldCdf { float at[]; };
-#define HW_WORLD_CDF(ADDRESS, INDEX) (WorldCdf(ADDRESS).at[INDEX])
-#endif
 HW_NAMESPACE_BEGIN
-
-// Largest i < count with cdf[first + i] <= u; cells of probability 0 are never chosen.
-HW_FN uint world_find(uint64_t cdf, uint first, uint count, float u) {
-  uint low = 0u;
-  uint n = count;
-  while (n > 1u) {
-    uint half_n = n >> 1u;
-    bool right = HW_WORLD_CDF(cdf, first + low + half_n) <= u;
-    low = right ? low + half_n : low;
-    n = right ? n - half_n : half_n;
-  }
-  return low;
-}
 
 // Solid angle of a cell in row y.
 HW_FN float world_cell_solid_angle(WorldDistribution w, uint y) {
@@ -42,13 +24,13 @@ HW_FN void world_sample(WorldDistribution w, vec2 u, HW_OUT(vec3) wi, HW_OUT(flo
   if (!(w.total > 0.0f)) {
     return;
   }
-  uint y = world_find(w.marginal, 0u, w.height, u.y);
-  float m0 = HW_WORLD_CDF(w.marginal, y);
-  float row = HW_WORLD_CDF(w.marginal, y + 1u) - m0;
+  uint y = cumulative_find(w.marginal, 0u, w.height, u.y);
+  float m0 = HW_CUMULATIVE(w.marginal, y);
+  float row = HW_CUMULATIVE(w.marginal, y + 1u) - m0;
   uint first = y * (w.width + 1u);
-  uint x = world_find(w.conditional, first, w.width, u.x);
-  float c0 = HW_WORLD_CDF(w.conditional, first + x);
-  float column = HW_WORLD_CDF(w.conditional, first + x + 1u) - c0;
+  uint x = cumulative_find(w.conditional, first, w.width, u.x);
+  float c0 = HW_CUMULATIVE(w.conditional, first + x);
+  float column = HW_CUMULATIVE(w.conditional, first + x + 1u) - c0;
   if (!(row > 0.0f && column > 0.0f)) {
     return;
   }
@@ -73,8 +55,8 @@ HW_FN float world_pdf(WorldDistribution w, vec3 wi) {
   uint x = uint(clamp(int(uv.x * float(w.width)), 0, int(w.width) - 1));
   uint y = uint(clamp(int(uv.y * float(w.height)), 0, int(w.height) - 1));
   uint first = y * (w.width + 1u) + x;
-  float row = HW_WORLD_CDF(w.marginal, y + 1u) - HW_WORLD_CDF(w.marginal, y);
-  float column = HW_WORLD_CDF(w.conditional, first + 1u) - HW_WORLD_CDF(w.conditional, first);
+  float row = HW_CUMULATIVE(w.marginal, y + 1u) - HW_CUMULATIVE(w.marginal, y);
+  float column = HW_CUMULATIVE(w.conditional, first + 1u) - HW_CUMULATIVE(w.conditional, first);
   return row * column / world_cell_solid_angle(w, y);
 }
 

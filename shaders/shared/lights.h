@@ -42,7 +42,7 @@ struct LightRecord {
   uint primitive;        // triangle: triangle index in its mesh; lamp: lamp index
   uint material;         // material index when HW_LIGHT_SHADER
   float area;            // triangle: world-space area
-  uint group;            // light group index, HW_NONE if none
+  uint emission_map;     // triangle: where its map begins in Root::emission_maps, 0: none (lib/emission_map.h)
 };
 HW_CONST uint HW_LIGHT_BYTES = 104u;
 HW_CHECK_SIZE(LightRecord, HW_LIGHT_BYTES)

@@ -32,7 +32,7 @@ struct LightProxy {
   float intensity;       // luminance [W sr^-1] at its brightest; suns: irradiance; the world: mean radiance
   float area;            // that faces the receiver [m^2]; suns: solid angle; 0 for true points
   float inverse_choice;  // 1 / the probability of being chosen; 0: never
-  uint flags;            // HW_PROXY_*
+  uint flags;            // HW_PROXY_*; emission map of a triangle << HW_PROXY_MAP_SHIFT
   float threshold;       // the alias table's entry of the same index, to draw from it in one load
   uint alias;
 };
@@ -42,6 +42,7 @@ HW_CONST uint HW_PROXY_SUN = 1u;
 HW_CONST uint HW_PROXY_WORLD = 2u;
 HW_CONST uint HW_PROXY_TWO_SIDED = 4u;
 HW_CONST uint HW_PROXY_WEIGHED = 8u;  // MIS against BSDF rays
+HW_CONST uint HW_PROXY_MAP_SHIFT = 8u;
 
 // A cell of the grid or a leaf of the tree. `held` is what surfaces read; it changes between passes over the picture
 // only, so that a pass sees the same state in any order of tiles. The rest gathers the samples of the pass under way.

@@ -152,6 +152,7 @@ struct Root {
   uint64_t light_tree;      // LightTreeNode[light_tree_nodes], shared/light_tree.h
   uint64_t light_order;     // uint[]: the light at each position in the tree's leaf order
   uint64_t light_position;  // uint[lights]: the position of each light, HW_NONE: never chosen
+  uint64_t emission_maps;   // float[]: lib/emission_map.h; none begins at 0
   uint64_t luts;            // float[]: albedo tables, see lib/luts.h
   WorldDistribution world;
   CameraRecord camera;

@@ -52,7 +52,7 @@ void main() {
     }
     if (!(r.confidence > 0.0)) continue;
     ++found;
-    float here = reuse_target_of(surface, r.light);
+    float here = reuse_target_of(surface, r);
     stream_add(stream, r.light, r.u, r.v, r.confidence * stream_weight(r, here), here, r.confidence, random_next(random));
   }
   if (found == 0u && !black) return;

@@ -61,18 +61,19 @@ void main() {
     sampled = s.pdf > 0.0;
     uv = light_world_uv(s.wi);
   } else {
-    sampled = light_sample(light, point.position, vec3(u2, 0.0), s) || uniform_point;
+    sampled = light_sample(light, HW_ROOT.emission_maps, point.position, vec3(u2, 0.0), s) || uniform_point;
     uv = uniform_point ? light_point_uniform(light, u2) : light_point_uv(light, point.position, s);
   }
   LightPoint p = light_point(light, uv, point.position);
   float pdf = s.pdf;
-  if (uniform_point) pdf = light_pdf(light, point.position, p.wi, p.distance);
+  if (uniform_point) pdf = light_pdf(light, HW_ROOT.emission_maps, point.position, p.wi, p.distance, uv);
   // A true point is always found, whatever it sends here: others may see more of it.
   float density = p.delta ? 1.0 : (1.0 - share) * pdf * p.density + share;
   bool ok = (sampled || p.delta) && density > 0.0 && r.light != HW_NONE;
   r.u = uv.x;
   r.v = uv.y;
   r.weight = r.weight / density;
+  r.target *= reuse_point_brightness(light.emission_map, uv);
   if (!ok || !reservoir_usable(r.weight)) r = reservoir_empty(r.confidence);
   reservoir_store(HW_REUSE.reservoirs, path, r);
   reuse_surface_store(HW_REUSE.targets, path, surface);

@@ -6,26 +6,9 @@
 #define HW_WITH_PROGRAMS
 #define HW_VM_PROCEDURAL
 #include "lib/background.glsl"
-#include "lib/geometry.glsl"
-#include "lib/material_vm.glsl"
-#include "lib/surface_inputs.glsl"
+#include "lib/triangle_emission.glsl"
 #include "lib/wave.glsl"
 layout(local_size_x = 64) in;
-
-// Emission of a textured triangle light at the sampled point, by its material's program.
-vec3 triangle_emission(LightRecord light, vec2 uv, Ray ray, uint bounces, uint transparent) {
-  Hit hit;
-  hit.t = ray.tmax;
-  hit.u = uv.x;
-  hit.v = uv.y;
-  hit.instance = light.instance;
-  hit.primitive = light.primitive;
-  SurfaceGeometry g = surface_geometry(hit, true);
-  // Seen as a shadow ray's end, as Cycles evaluates emission for light samples.
-  MaterialInputs inputs = surface_inputs(hit, g, -ray.direction, HW_PATH_SHADOW, bounces, transparent);
-  inputs.material = light.material;
-  return material_emission(inputs);
-}
 
 void main() {
   QueueRef queue = QueueRef(push.queue);
@@ -40,7 +23,8 @@ void main() {
   if (light.type == HW_LIGHT_WORLD) {
     radiance = background_radiance(ray.direction, HW_PATH_SHADOW, bounces, 0u);
   } else {
-    radiance = triangle_emission(light, s.uv, ray, bounces, 0u);
+    Hit hit = triangle_light_hit(light, s.uv, ray.tmax);
+    radiance = triangle_emission(light, hit, surface_geometry(hit, true), -ray.direction, bounces, 0u);
   }
   radiance *= s.radiance;
   ShadowArray(HW_FRAME.shadows).at[shadow].radiance = radiance;

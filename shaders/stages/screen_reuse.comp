@@ -49,7 +49,7 @@ void main() {
   float c_1 = canonical.confidence;
   float c_all = c_1;
   float m_1 = 0.0;
-  float canonical_here = reuse_target_of(surface, canonical.light);
+  float canonical_here = reuse_target_of(surface, canonical);
   ReservoirStream stream = stream_begin();
   Reservoir merged = reservoir_empty(0.0);
   float support = 0.0;
@@ -69,16 +69,16 @@ void main() {
         continue;
       }
       if (pass == 2u) {
-        float p = reuse_target_of(target_surface(there), merged.light);
+        float p = reuse_target_of(target_surface(there), merged);
         support += p > 0.0 ? c_i : 0.0;
         continue;
       }
-      float here = reuse_target_of(surface, r_i.light);
+      float here = reuse_target_of(surface, r_i);
       float weight = stream_weight(r_i, here) * c_i;
       if (mis) {
         TargetSurface other = target_surface(there);
-        float own = reuse_target_of(other, r_i.light);
-        float canonical_there = reuse_target_of(other, canonical.light);
+        float own = reuse_target_of(other, r_i);
+        float canonical_there = reuse_target_of(other, canonical);
         weight = stream_weight(r_i, here) * mis_pairwise(c_i, c_1, c_all, own, here);
         m_1 += mis_pairwise_canonical(c_i, c_1, c_all, canonical_there, canonical_here);
       }

@@ -72,7 +72,8 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
     if (state.mis_pdf > 0.0 && g.light_offset != HW_NONE) {
       uint light = g.light_offset + hit.primitive;
       LightRecord record = light_load(light);
-      float pdf = light_pdf(record, state.mis_origin, ray.direction, distance(g.P, state.mis_origin)) *
+      float pdf = light_pdf(record, HW_ROOT.emission_maps, state.mis_origin, ray.direction,
+                            distance(g.P, state.mis_origin), vec2(hit.u, hit.v)) *
                   light_choice_pdf(light, state);
       weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf);
     }
