@@ -207,7 +207,9 @@ def check_names(request: Request) -> None:
 
     core = load()
     decided = request.integrator is not None or not request.file.lower().endswith(BLEND)
-    render_reuse.check(core, request.integrator or DEFAULT_INTEGRATOR, request.estimator, request.reuse if decided else {})
+    render_reuse.check(
+        core, request.integrator or DEFAULT_INTEGRATOR, request.estimator, request.reuse if decided else {}
+    )
     known = [name for name, _ in core.all_passes()]
     if request.passes == ["all"]:
         request.passes = known
