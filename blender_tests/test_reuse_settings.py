@@ -192,7 +192,7 @@ def test_nothing_is_sent_that_was_not_asked_for(scene, fake, tmp_path):
         (("--integrator", "magic"), ("magic", *INTEGRATORS)),
         (("--integrator", "restir", "--estimator", "magic"), ("magic", "restir", "paper")),
         (("--estimator", "magic"), ("magic", "paper")),
-        (("--candidates", "8"), ("path", "candidates")),
+        (("--candidates", "8"), ("wssr-hash", "candidates")),
         (
             ("--integrator", "restir", "--estimator", "unbiased", "--reuse-weights", "1/M"),
             ("reuse_weights", "unbiased"),

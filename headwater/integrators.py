@@ -428,8 +428,8 @@ INTEGRATORS = {
         Integrator(
             "wssr-hash",
             "World-Space Hash",
-            "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path tracing "
-            "where lights are few.",
+            "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path "
+            "tracing where lights are few.",
             {"light_samples": 4, "reservoir_memory": 64},
         ),
     )
