@@ -126,6 +126,10 @@ class Scene:
                                    flags=flags, normalize=normalize)  # fmt: skip
             self.log.append(("light", id))
 
+    def upsert_light(self, id, name, kind, matrix, **settings):
+        _array(name, matrix, np.float32, 3, 4)
+        self.upsert_lights(np.array([id], np.uint64), name, kind, matrix[None], **settings)
+
     def upsert_material(self, id, name, program, constants, images=(), flags=0, emission=(0, 0, 0), pass_index=0):
         _array(name, program, np.uint32, None)
         _array(name, constants, np.float32, None, 4)
@@ -184,6 +188,9 @@ class Scene:
         for id in ids.tolist():
             del self.lights[id]
             self.log.append(("remove_light", id))
+
+    def remove_light(self, id):
+        self.remove_lights(np.array([id], np.uint64))
 
     def remove_material(self, id):
         assert not any(id in i["materials"] for i in self.instances.values()), "material in use"

@@ -109,7 +109,7 @@ def test_bad_options(here, cube, tmp_path, options):
     [
         (("--integrator", "magic"), ("magic", "path")),
         (("--estimator", "magic"), ("magic", "paper")),
-        (("--candidates", "4"), ("path", "candidates")),
+        (("--candidates", "4"), ("wssr-hash", "candidates")),
         (("--tracer", "magic"), ("magic", "embree", "ray_query")),
         (("--lights", "magic"), ("magic", "auto", "uniform", "power", "tree")),
         (("--passes", "Combined,Magic"), ("Magic", "Combined", "Depth")),

@@ -116,7 +116,7 @@ def test_ctrl_c_keeps_the_partial_picture(core, cube, tmp_path):
         (("--camera", "nobody"), ("nobody", "Camera", "Other")),
         (("--region", "0,0,99,99"), ("48x32",)),
         (("--device", "no such device"), ("no such device",)),
-        (("--neighbours", "2"), ("path", "neighbours")),
+        (("--neighbours", "2"), ("wssr-hash", "neighbours")),
         (("--integrator", "restir", "--neighbours", "65"), ("neighbours", "64")),
     ],
 )
