@@ -175,6 +175,7 @@ def test_render_status_and_statistics_name_the_reservoirs(tmp_path):
         scene.render.resolution_x, scene.render.resolution_y = 512, 256
         stats = core.Session.stats
         core.Session.stats = lambda self: stats(self) | {"reservoir_bytes": 4711}
+        scene.headwater.integrator = "path"
         bpy.ops.render.render()
         path = texts.pop()
         scene.headwater.integrator = "wssr-grid"
