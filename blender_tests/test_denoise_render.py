@@ -270,8 +270,8 @@ def request(**changes):
         edition=1, frame=1.0, width=96, height=64, region=(0, 0, 96, 64),
         camera=ViewCamera("perspective", np.eye(3, 4, dtype=np.float32).tobytes(), (-1, 1, -1, 1),
                           (("clip", (0.1, 100.0)),)),
-        settings=(("integrator", "path"), ("passes", ("Combined", "Denoising Albedo"))), samples=8, channel="Combined", carried=False,
-        device=("", "auto", 0), denoise=denoiser.Recipe("RGB_ALBEDO", "FAST", "FAST"), denoise_from=1,
+        settings=(("integrator", "path"), ("passes", ("Combined", "Denoising Albedo"))), samples=8, channel="Combined",
+        carried=False, device=("", "auto", 0), denoise=denoiser.Recipe("RGB_ALBEDO", "FAST", "FAST"), denoise_from=1,
     )
     return module.Request(**(plain | changes))
 
