@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import bpy
 
+NAMES_ALL = (5, 0, 0)  # in a window of Blender 4.3 an object that is added was missed so
+
 
 @dataclass
 class Move:
@@ -25,6 +27,8 @@ def plain_moves(depsgraph, updates, collected) -> list[Move] | None:
 
     updates: Updates since that sync; collected: what it made of the instances.
     """
+    if bpy.app.version < NAMES_ALL:
+        return None
     if not updates.only_moved or len(depsgraph.object_instances) != len(collected.index):
         return None
     moves = []
