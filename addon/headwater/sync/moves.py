@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import bpy
 
-NAMES_ALL = (5, 0, 0)  # in a window of Blender 4.3 an object that is added was missed so
+NAMES_ALL = (5, 0, 0)  # what older Blenders name of a change was not proven
 
 
 @dataclass
