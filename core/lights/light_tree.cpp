@@ -253,7 +253,8 @@ LightTreeBounds pack(const LightBounds& b, const LightTreeScale& scale) {
   LightTreeBounds n;
   n.place_low = at[0] | at[1] << 21u;
   n.place_high = at[1] >> 11u | at[2] << 10u | (b.two_sided ? HW_LIGHT_TREE_TWO_SIDED : 0u);
-  n.strength = upper_float_near(b.power) | (b.distant ? HW_LIGHT_TREE_DISTANT : 0u);
+  n.strength = b.distant ? HW_LIGHT_TREE_DISTANT : 0u;
+  n = light_tree_with_power(n, b.power);
   n.cone = static_cast<std::uint32_t>(axis.x) | static_cast<std::uint32_t>(axis.y) << 8u;
   // Rounding moved the middle and turned the axis: bounds grow by as much.
   const vec3 now = light_tree_middle(n, scale);

@@ -113,9 +113,8 @@ void light_cell_weigh(LightCellArray cells, uint cell, uint slots, float floor, 
     float response = max((light + doubt * mean) / (cells.at[cell].asked[k] + doubt), floor * mean);
     // As the slot can hold it, so that what is asked of the node is counted exactly.
     float power = light_tree_power(bounds);
-    uint strength = max(upper_float_near(clamp(power * response, 1e-30, 1e30)), 1u);
-    bounds.strength = (bounds.strength & ~0x7FFFu) | strength;
-    cells.at[cell].response[k] = upper_float_low(strength) / power;
+    bounds = light_tree_with_power(bounds, clamp(power * response, 1e-30, 1e30));
+    cells.at[cell].response[k] = light_tree_power(bounds) / power;
     cells.at[cell].slot[k] = bounds;
   }
   for (uint k = slots; k < HW_LIGHT_CELL_SLOTS; ++k) cells.at[cell].slot[k] = LightTreeBounds(0u, 0u, 0u, 0u);

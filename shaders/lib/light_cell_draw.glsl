@@ -65,8 +65,7 @@ uint light_cell_draw(float u, out float pdf, out uint slot) {
     u = clamp((at - below) / max(expected, 1e-30), 0.0, 0.99999994);
   }
   uint light = light_tree_draw(light_tree_tables(), node, light_cell_receiver, u, pdf);
-  float chance = known ? (expected > 0.0 ? expected / light_cell_all : 0.0) : 1.0;
-  pdf *= chance;
+  pdf *= known ? expected / max(light_cell_all, 1e-30) : 1.0;
   return pdf > 0.0 ? light : HW_NONE;
 }
 #endif

@@ -35,7 +35,7 @@ float light_cell_expected(uint cell, uint slot, LightTreeReceiver r) {
   Words w = Words(HW_CELLS.cells + uint64_t(cell) * HW_LIGHT_CELL_BYTES);
   LightTreeBounds bounds = light_tree_bounds_of(w.at[2u * slot], w.at[2u * slot + 1u]);
   float expected = light_tree_importance(bounds, r, HW_ROOT.light_tree_scale);
-  return (bounds.strength & 0x7FFFu) != 0u ? expected : 0.0;
+  return light_tree_power(bounds) > 0.0 ? expected : 0.0;
 }
 
 // The probability with which surfaces of `cell` choose `light` (stages/light_cell_choose.comp); without a cell, the

@@ -73,6 +73,11 @@ HW_FN vec3 light_tree_middle(HW_IN(LightTreeBounds) b, HW_IN(LightTreeScale) sca
   return distant ? at * (2.0f / HW_LIGHT_TREE_PLACES) - vec3(1.0f) : scale.corner + at * scale.step;
 }
 HW_FN float light_tree_power(HW_IN(LightTreeBounds) b) { return upper_float_low(b.strength & 0x7FFFu); }
+// The same bounds of another power, above 0; light_tree_power gives it back rounded, never as 0.
+HW_FN LightTreeBounds light_tree_with_power(LightTreeBounds b, float power) {
+  b.strength = (b.strength & ~0x7FFFu) | max(upper_float_near(power), 1u);
+  return b;
+}
 HW_FN float light_tree_radius(HW_IN(LightTreeBounds) b) { return upper_float_high(b.strength); }
 HW_FN vec3 light_tree_axis(HW_IN(LightTreeBounds) b) {
   return octahedral_direction(vec2(float(b.cone & 0xFFu), float((b.cone >> 8u) & 0xFFu)) * (1.0f / 127.5f) -
