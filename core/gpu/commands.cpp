@@ -133,17 +133,27 @@ struct Commands::Impl {
     }
     // Written anew for each recording: a handle may be a new buffer's that took a destroyed one's place.
     if (!descriptors) {
-      const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2};
+      const VkDescriptorPoolSize size[2] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2},
+                                            {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}};
       VkDescriptorPoolCreateInfo create{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
       create.maxSets = 1;
-      create.poolSizeCount = 1;
-      create.pPoolSizes = &size;
+      create.poolSizeCount = 2;
+      create.pPoolSizes = size;
       check(d.vk.vkCreateDescriptorPool(d.device, &create, nullptr, &descriptors), "Making a descriptor pool");
       VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
       allocate.descriptorPool = descriptors;
       allocate.descriptorSetCount = 1;
       allocate.pSetLayouts = &d.uniform_layout;
       check(d.vk.vkAllocateDescriptorSets(d.device, &allocate, &uniforms), "Making a descriptor set");
+    }
+    {
+      VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+      write.dstSet = uniforms;
+      write.dstBinding = 2;
+      write.descriptorCount = 1;
+      write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+      write.pTexelBufferView = &d.window.words;
+      d.vk.vkUpdateDescriptorSets(d.device, 1, &write, 0, nullptr);
     }
     const Buffer* buffers[2] = {&root, &frame};
     for (std::uint32_t i = 0; i < 2; ++i) {

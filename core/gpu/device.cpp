@@ -199,12 +199,14 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
   if (const char* own = std::getenv("HEADWATER_OWN_MEMORY"); own && *own == '1') d.shared_memory = false;
 
   // The two structs that every kernel reads all the time, the scene's root and the frame's parameters, are uniform
-  // buffers: lavapipe loads a uniform once for all lanes, and an address once for each.
-  const VkDescriptorSetLayoutBinding uniforms[2] = {
+  // buffers: lavapipe loads a uniform once for all lanes, and an address once for each. The third is the memory window
+  // (memory_window.cpp).
+  const VkDescriptorSetLayoutBinding uniforms[3] = {
       {0, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
-      {1, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr}};
+      {1, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr},
+      {2, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr}};
   VkDescriptorSetLayoutCreateInfo set{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-  set.bindingCount = 2;
+  set.bindingCount = 3;
   set.pBindings = uniforms;
   check(d.vk.vkCreateDescriptorSetLayout(d.device, &set, nullptr, &d.uniform_layout), "Making the descriptor layout");
   const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, 128};
@@ -221,6 +223,7 @@ Device::Device(const std::string& name, bool validation, int threads) : impl_(st
     check(d.vk.vkCreatePipelineLayout(d.device, &layout, nullptr, &d.ray_layout), "Making the ray pipeline layout");
   }
   d.load_pipeline_cache();
+  d.make_window();
 }
 
 Device::~Device() = default;
@@ -232,6 +235,7 @@ Device::Impl::~Impl() {
       save_pipeline_cache();
       vk.vkDestroyPipelineCache(device, cache, nullptr);
     }
+    destroy_window();
     if (layout) vk.vkDestroyPipelineLayout(device, layout, nullptr);
     if (ray_layout) vk.vkDestroyPipelineLayout(device, ray_layout, nullptr);
     if (uniform_layout) vk.vkDestroyDescriptorSetLayout(device, uniform_layout, nullptr);

@@ -188,7 +188,11 @@ class Device {
   VkPhysicalDevice physical() const;
   const VolkDeviceTable& vk() const;  // this device's functions; never call through volk's global pointers
   VkPipelineLayout pipeline_layout() const;
-  std::uint32_t max_groups() const;    // most workgroups one dispatch may have
+  std::uint32_t max_groups() const;  // most workgroups one dispatch may have
+  // Whether all device buffers so far lie in the memory window (memory_window.cpp), and then what kernels must be made
+  // with to read through it. They may only read buffers that were made while this was true.
+  bool windowed() const;
+  SpecConstants window_constants() const;
   std::uint64_t bytes_in_use() const;  // by Buffers, as the driver rounds them
   std::uint64_t peak_bytes() const;
   void set_memory_limit(std::uint64_t bytes);  // a Buffer that would go past it throws OutOfMemory; 0: no limit

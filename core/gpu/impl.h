@@ -6,6 +6,7 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,20 @@ struct MemoryBlock {
   std::byte* mapped = nullptr;
   bool dedicated = false;
   std::map<VkDeviceSize, VkDeviceSize> free;  // offset to size, never adjacent
+
+  // A part of `wanted` bytes where there is one: its offset.
+  std::optional<VkDeviceSize> take(VkDeviceSize wanted);
+  void give_back(VkDeviceSize offset, VkDeviceSize part);
+  bool unused() const { return free.size() == 1 && free.begin()->second == bytes; }
+};
+
+// One piece of memory that all device buffers lie in and that kernels read as a texel buffer (memory_window.cpp).
+struct MemoryWindow {
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkBufferView words = VK_NULL_HANDLE;  // 64 bits each; on devices without a window of a few bytes, which nobody reads
+  MemoryBlock* block = nullptr;         // null: there is no window
+  VkDeviceAddress address = 0;
+  std::atomic<bool> complete{false};  // every device buffer so far has found its place in it
 };
 
 struct MemoryRange {
@@ -100,6 +115,8 @@ struct Device::Impl {
   std::atomic<bool> stage_timing{false};
   PFN_vkSetDebugUtilsObjectNameEXT set_name = nullptr;
 
+  MemoryWindow window;
+
   std::mutex memory_mutex;
   std::vector<std::unique_ptr<MemoryBlock>> blocks;
   std::uint64_t bytes_in_use = 0, peak_bytes = 0, memory_limit = 0;
@@ -113,9 +130,17 @@ struct Device::Impl {
   void add_stage_time(std::string_view name, double seconds, std::uint64_t calls);
   std::unique_ptr<MemoryRange> allocate(const VkMemoryRequirements& needs, BufferUse use, std::string_view label);
   void release(const MemoryRange& range);
+  void make_window();
+  void destroy_window();
   void load_pipeline_cache();
   void save_pipeline_cache() const;
 };
+
+// Memory types that may hold a buffer for `use`, best first.
+std::vector<std::uint32_t> memory_types_for(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
+                                            BufferUse use, bool shared);
+void advise_large_pages(std::byte* data, std::size_t bytes);
+void forget_pages(std::byte* data, std::size_t bytes);
 
 // The SPIR-V embedded at build time under this name. Throws DeviceError when there is none. The caller destroys it.
 VkShaderModule make_shader_module(const Device::Impl& device, std::string_view name);

@@ -17,9 +17,11 @@ constexpr VkDeviceSize kBlockBytes = 16u << 20;
 constexpr VkDeviceSize kSmallBytes = 2u << 20;  // larger buffers have memory of their own
 constexpr VkDeviceSize kAlignment = 256;        // covers every driver's buffers, acceleration structures and scratch
 
+}  // namespace
+
 // Memory types that may hold a buffer for `use`, best first; bit 31 of no type is set, so the array ends by count.
-std::vector<std::uint32_t> types_for(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
-                                     BufferUse use, bool shared) {
+std::vector<std::uint32_t> memory_types_for(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
+                                            BufferUse use, bool shared) {
   constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   constexpr VkMemoryPropertyFlags kMapped = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
   constexpr VkMemoryPropertyFlags kCached = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
@@ -66,7 +68,15 @@ void advise_large_pages([[maybe_unused]] std::byte* data, [[maybe_unused]] std::
 #endif
 }
 
-}  // namespace
+// Lets pages of a CPU driver's memory go that nobody needs any more: whole ones within the range.
+void forget_pages([[maybe_unused]] std::byte* data, [[maybe_unused]] std::size_t bytes) {
+#if defined(__linux__)
+  constexpr std::uintptr_t kPage = 4096;
+  const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(data) + kPage - 1) / kPage * kPage;
+  const std::uintptr_t end = (reinterpret_cast<std::uintptr_t>(data) + bytes) / kPage * kPage;
+  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);  // advice: may be refused
+#endif
+}
 
 std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& needs, BufferUse use,
                                                     std::string_view label) {
@@ -89,18 +99,18 @@ std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& 
   };
   const bool mapped = use != BufferUse::device || shared_memory;
   VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
-  for (const std::uint32_t type : types_for(memory_properties, needs.memoryTypeBits, use, shared_memory)) {
+  for (const std::uint32_t type : memory_types_for(memory_properties, needs.memoryTypeBits, use, shared_memory)) {
     const bool small = bytes <= kSmallBytes && alignment == kAlignment;
+    if (window.block && window.block->type == type && use == BufferUse::device) {
+      if (alignment == kAlignment)
+        if (const auto offset = window.block->take(bytes)) return used(window.block, *offset);
+      window.complete = false;
+    }
     if (small)
       for (const auto& block : blocks) {
-        if (block->dedicated || block->type != type || (mapped && !block->mapped)) continue;
-        const auto hole =
-            std::find_if(block->free.begin(), block->free.end(), [&](const auto& f) { return f.second >= bytes; });
-        if (hole == block->free.end()) continue;
-        const auto [offset, size] = *hole;
-        block->free.erase(hole);
-        if (size > bytes) block->free[offset + bytes] = size - bytes;
-        return used(block.get(), offset);
+        if (block->dedicated || block.get() == window.block || block->type != type || (mapped && !block->mapped))
+          continue;
+        if (const auto offset = block->take(bytes)) return used(block.get(), *offset);
       }
     auto block = std::make_unique<MemoryBlock>();
     block->type = type;
@@ -135,27 +145,38 @@ std::unique_ptr<MemoryRange> Device::Impl::allocate(const VkMemoryRequirements& 
   throw DeviceError("Allocating " + what + " failed.");
 }
 
+std::optional<VkDeviceSize> MemoryBlock::take(VkDeviceSize wanted) {
+  const auto hole = std::find_if(free.begin(), free.end(), [&](const auto& f) { return f.second >= wanted; });
+  if (hole == free.end()) return std::nullopt;
+  const auto [offset, size] = *hole;
+  free.erase(hole);
+  if (size > wanted) free[offset + wanted] = size - wanted;
+  return offset;
+}
+
+void MemoryBlock::give_back(VkDeviceSize offset, VkDeviceSize part) {
+  auto it = free.emplace(offset, part).first;
+  if (const auto next = std::next(it); next != free.end() && it->first + it->second == next->first) {
+    it->second += next->second;
+    free.erase(next);
+  }
+  if (it == free.begin()) return;
+  const auto before = std::prev(it);
+  if (before->first + before->second != it->first) return;
+  before->second += it->second;
+  free.erase(it);
+}
+
 void Device::Impl::release(const MemoryRange& range) {
   std::lock_guard lock(memory_mutex);
   MemoryBlock& block = *range.block;
   bytes_in_use -= range.bytes;
-  bool empty = block.dedicated;
-  if (!block.dedicated) {
-    auto it = block.free.emplace(range.offset, range.bytes).first;
-    if (const auto next = std::next(it); next != block.free.end() && it->first + it->second == next->first) {
-      it->second += next->second;
-      block.free.erase(next);
-    }
-    if (it != block.free.begin()) {
-      const auto before = std::prev(it);
-      if (before->first + before->second == it->first) {
-        before->second += it->second;
-        block.free.erase(it);
-      }
-    }
-    empty = block.free.size() == 1 && block.free.begin()->second == block.bytes;
+  if (!block.dedicated) block.give_back(range.offset, range.bytes);
+  if (&block == window.block) {
+    forget_pages(block.mapped + range.offset, range.bytes);
+    return;
   }
-  if (!empty) return;
+  if (!block.dedicated && !block.unused()) return;
   vk.vkFreeMemory(device, block.memory, nullptr);  // unmaps too
   std::erase_if(blocks, [&](const auto& b) { return b.get() == &block; });
 }

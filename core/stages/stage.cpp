@@ -17,7 +17,9 @@ KernelCache::~KernelCache() {
 }
 
 const Kernel& KernelCache::get(std::string_view name, const SpecConstants& constants) {
-  const Key key(name, constants);
+  Key key(name, constants);
+  const SpecConstants window = device_.window_constants();
+  key.second.insert(key.second.end(), window.begin(), window.end());
   std::unique_lock lock(mutex_);
   for (;;) {
     if (const auto it = kernels_.find(key); it != kernels_.end()) return *it->second;

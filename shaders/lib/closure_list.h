@@ -40,11 +40,16 @@ ClosureList closures_at(uint64_t address, uint count) {
   HW_HAS(HW_FEATURE_MICROFACET | HW_FEATURE_ROUGH_DIFFUSE | HW_FEATURE_SHEEN | HW_FEATURE_TOON)
 #define HW_CLOSURE_HAS_COLOR1 HW_HAS(HW_FEATURE_METALLIC | HW_FEATURE_CONDUCTOR | HW_FEATURE_TRANSMISSION)
 
+#ifdef HW_CLOSURES_KEPT
+#define HW_CLOSURE_WORD(ADDRESS, INDEX) word_at(ADDRESS, INDEX)
+#else
+#define HW_CLOSURE_WORD(ADDRESS, INDEX) (Words(ADDRESS).at[INDEX])
+#endif
 uint64_t closure_address(ClosureList list, uint i) { return list.base + uint64_t(i * HW_CLOSURE_BYTES); }
 
 Closure closure_load(ClosureList list, uint i) {
-  Words w = Words(closure_address(list, i));
-  uint64_t w0 = w.at[0], w1 = w.at[1], w2 = w.at[2], w3 = w.at[3];
+  uint64_t w = closure_address(list, i);
+  uint64_t w0 = HW_CLOSURE_WORD(w, 0u), w1 = HW_CLOSURE_WORD(w, 1u), w2 = HW_CLOSURE_WORD(w, 2u), w3 = HW_CLOSURE_WORD(w, 3u);
   Closure c;
   c.type = word_low(w0);
   c.weight = vec3(word_high_float(w0), word_floats(w1));
@@ -59,29 +64,29 @@ Closure closure_load(ClosureList list, uint i) {
   c.color1_gb = 0u;
   c.tangent = 0u;
   if (HW_CLOSURE_HAS_SHAPE) {
-    uint64_t w4 = w.at[4];
+    uint64_t w4 = HW_CLOSURE_WORD(w, 4u);
     c.alpha_x = word_low_float(w4);
     c.alpha_y = word_high_float(w4);
   }
   if (HW_HAS(HW_FEATURE_MICROFACET)) {
-    uint64_t w5 = w.at[5];
+    uint64_t w5 = HW_CLOSURE_WORD(w, 5u);
     c.ior = word_low_float(w5);
     c.energy_scale = word_high_float(w5);
   }
   if (HW_HAS(HW_FEATURE_MICROFACET | HW_FEATURE_ROUGH_DIFFUSE)) {
-    uint64_t w6 = w.at[6];
+    uint64_t w6 = HW_CLOSURE_WORD(w, 6u);
     c.color0_rg = word_low(w6);
     c.color0_b_color1_r = word_high(w6);
   }
   if (HW_CLOSURE_HAS_COLOR1 || HW_HAS(HW_FEATURE_ANISOTROPY)) {
-    uint64_t w7 = w.at[7];
+    uint64_t w7 = HW_CLOSURE_WORD(w, 7u);
     c.color1_gb = word_low(w7);
     c.tangent = word_high(w7);
   }
   return c;
 }
 
-float closure_sample_weight(ClosureList list, uint i) { return word_low_float(Words(closure_address(list, i)).at[2]); }
+float closure_sample_weight(ClosureList list, uint i) { return word_low_float(HW_CLOSURE_WORD(closure_address(list, i), 2u)); }
 
 void closure_store(ClosureList list, uint i, Closure c) {
   Words w = Words(closure_address(list, i));

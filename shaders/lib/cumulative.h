@@ -6,8 +6,8 @@
 #ifdef __cplusplus
 #define HW_CUMULATIVE(ADDRESS, INDEX) (reinterpret_cast<const float*>(ADDRESS)[INDEX])
 #else
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CumulativeFloats { float at[]; };
-#define HW_CUMULATIVE(ADDRESS, INDEX) (CumulativeFloats(ADDRESS).at[INDEX])
+#include "words.glsl"
+#define HW_CUMULATIVE(ADDRESS, INDEX) float_at(ADDRESS, INDEX)
 #endif
 HW_NAMESPACE_BEGIN
 

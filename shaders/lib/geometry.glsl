@@ -32,21 +32,21 @@ struct InstanceHit {
 };
 
 InstanceHit instance_load(uint instance) {
-  Words w = Words(HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES);
+  uint64_t w = HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES;
   InstanceHit r;
   for (uint i = 0u; i < 6u; ++i) {
-    uint64_t pair = w.at[i];
+    uint64_t pair = word_at(w, i);
     r.object_to_world[2u * i] = word_low_float(pair);
     r.object_to_world[2u * i + 1u] = word_high_float(pair);
   }
-  uint64_t mesh_slots = w.at[HW_INSTANCE_WORD_MESH], light_object = w.at[HW_INSTANCE_WORD_LIGHT];
+  uint64_t mesh_slots = word_at(w, HW_INSTANCE_WORD_MESH), light_object = word_at(w, HW_INSTANCE_WORD_LIGHT);
   r.mesh = word_low(mesh_slots);
   r.slot_offset = word_high(mesh_slots);
-  r.slot_count = word_low(w.at[HW_INSTANCE_WORD_MESH + 1u]);
+  r.slot_count = word_low(word_at(w, HW_INSTANCE_WORD_MESH + 1u));
   r.light_offset = word_low(light_object);
   r.object_index = word_high(light_object);
-  r.flags = word_high(w.at[HW_INSTANCE_WORD_FLAGS]);
-  r.shadow_terminator_offset = word_high_float(w.at[HW_INSTANCE_WORD_TERMINATOR]);
+  r.flags = word_high(word_at(w, HW_INSTANCE_WORD_FLAGS));
+  r.shadow_terminator_offset = word_high_float(word_at(w, HW_INSTANCE_WORD_TERMINATOR));
   return r;
 }
 
@@ -54,34 +54,35 @@ uvec3 load_triangle(uint64_t indices, uint primitive) { return word_triple(indic
 
 // Material index of a triangle of an instance; slots beyond the instance's fall to its last.
 uint triangle_material(uint64_t tri_slots, uint slot_offset, uint slot_count, uint primitive) {
-  uint slot = tri_slots != 0ul ? uint(ByteArray(tri_slots).at[primitive]) : 0u;
+  uint slot = tri_slots != 0ul ? byte_at(tri_slots, primitive) : 0u;
   slot = min(slot, max(slot_count, 1u) - 1u);
-  return slot_count > 0u ? UintArray(HW_ROOT.slot_materials).at[slot_offset + slot] : 0u;
+  return slot_count > 0u ? uint_at(HW_ROOT.slot_materials, slot_offset + slot) : 0u;
 }
 
 // A UV map has at least two components (core/scene/validate.cpp).
-vec2 load_uv(Attribute a, uvec3 vertices, uvec3 corners, uint primitive, vec3 b) {
-  uvec3 i = a.domain == HW_DOMAIN_CORNER ? corners : a.domain == HW_DOMAIN_VERTEX ? vertices : uvec3(primitive);
-  i *= a.components;
-  return b.x * word_two_floats(a.data, i.x) + b.y * word_two_floats(a.data, i.y) + b.z * word_two_floats(a.data, i.z);
+vec2 load_uv(uint64_t a, uvec3 vertices, uvec3 corners, uint primitive, vec3 b) {
+  uint64_t data = word_at(a, 0u);
+  uint domain = word_high(word_at(a, 1u));
+  uvec3 i = domain == HW_DOMAIN_CORNER ? corners : domain == HW_DOMAIN_VERTEX ? vertices : uvec3(primitive);
+  i *= word_low(word_at(a, 2u));
+  return b.x * word_two_floats(data, i.x) + b.y * word_two_floats(data, i.y) + b.z * word_two_floats(data, i.z);
 }
 
 // `with_uv`: the UV map is only fetched where something reads it.
 SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   SurfaceGeometry g;
-  MeshTable meshes = MeshTable(HW_ROOT.meshes);
   InstanceHit instance = instance_load(hit.instance);
-  uint mesh = instance.mesh;
+  uint64_t mesh = HW_ROOT.meshes + uint64_t(instance.mesh) * HW_MESH_BYTES;
   float m[12] = instance.object_to_world;
   float sign_det = (instance.flags & HW_INSTANCE_MIRRORED) != 0u ? -1.0 : 1.0;
-  uint64_t normals = meshes.at[mesh].normals;
-  uint64_t tri_corners = meshes.at[mesh].tri_corners;
+  uint64_t normals = word_at(mesh, HW_MESH_WORD_NORMALS);
+  uint64_t tri_corners = word_at(mesh, HW_MESH_WORD_TRI_CORNERS);
   vec3 b = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
 
-  uvec3 v = load_triangle(meshes.at[mesh].tri_vertices, hit.primitive);
+  uvec3 v = load_triangle(word_at(mesh, HW_MESH_WORD_TRI_VERTICES), hit.primitive);
   uvec3 c = v;
   if (tri_corners != 0ul) c = load_triangle(tri_corners, hit.primitive);
-  uint64_t positions = meshes.at[mesh].positions;
+  uint64_t positions = word_at(mesh, HW_MESH_WORD_POSITIONS);
   vec3 q0 = word_vector(positions, v.x), q1 = word_vector(positions, v.y), q2 = word_vector(positions, v.z);
   vec3 p0 = HW_TRANSFORM_POINT(m, q0);
   vec3 p1 = HW_TRANSFORM_POINT(m, q1);
@@ -114,9 +115,11 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
     g.terminator_offset = -(n0 * (min(dot(d0, n0), 0.0) * b.x) + n1 * (min(dot(d1, n1), 0.0) * b.y) + n2 * (min(dot(d2, n2), 0.0) * b.z));
   }
   g.uv = vec2(0.0);
-  int uv = meshes.at[mesh].default_uv;
-  if (with_uv && uv >= 0) g.uv = load_uv(meshes.at[mesh].attributes[uv], v, c, hit.primitive, b);
-  g.material = triangle_material(meshes.at[mesh].tri_slots, instance.slot_offset, instance.slot_count, hit.primitive);
+  if (with_uv) {
+    int uv = int(word_high(word_at(mesh, HW_MESH_WORD_DEFAULT_UV)));
+    if (uv >= 0) g.uv = load_uv(mesh + uint64_t(8u * HW_MESH_WORD_ATTRIBUTES + uint(uv) * HW_ATTRIBUTE_BYTES), v, c, hit.primitive, b);
+  }
+  g.material = triangle_material(word_at(mesh, HW_MESH_WORD_TRI_SLOTS), instance.slot_offset, instance.slot_count, hit.primitive);
   g.object_index = instance.object_index;
   g.instance_flags = instance.flags;
   g.light_offset = instance.light_offset;

@@ -61,7 +61,7 @@ uint light_cell_draw(float u, out float pdf, out uint slot) {
   if (known) {
     LightCellArray cells = LightCellArray(HW_CELLS.cells);
     if (expected > 0.0) atomicAdd(cells.at[light_cell_here].sum_expected[slot], light_cell_expects);
-    node = cells.at[light_cell_here].node[slot];
+    node = light_cell_uint(light_cell_here, HW_LIGHT_CELL_UINT_NODE + slot);
     u = clamp((at - below) / max(expected, 1e-30), 0.0, 0.99999994);
   }
   uint light = light_tree_draw(light_tree_tables(), node, light_cell_receiver, u, pdf);

@@ -13,10 +13,10 @@ void light_cell_learn(uint cell, ShadowState shadow) {
   if (cell == HW_NONE) return;
   float light = luminance(max(shadow.radiance, vec3(0.0))) * shadow.teaches;
   LightCellArray cells = LightCellArray(HW_CELLS.cells);
-  float mean = cells.at[cell].mean;
+  float mean = uintBitsToFloat(light_cell_uint(cell, HW_LIGHT_CELL_UINT_MEAN));
   if (mean > 0.0) light = min(light, HW_LIGHT_CELL_SURPRISE * mean);
-  uint place = UintArray(HW_ROOT.light_position).at[shadow.light];
-  uvec2 links = light_tree_links(HW_ROOT.light_tree, cells.at[cell].node[shadow.slot]);
+  uint place = uint_at(HW_ROOT.light_position, shadow.light);
+  uvec2 links = light_tree_links(HW_ROOT.light_tree, light_cell_uint(cell, HW_LIGHT_CELL_UINT_NODE + shadow.slot));
   bool right = links.x != HW_NONE && place >= links.y;
   uint64_t units = fixed_from_float(light, HW_CELLS.fixed_exponent);
   if (right) {

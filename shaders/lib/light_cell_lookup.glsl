@@ -26,8 +26,8 @@ uint light_cell_bucket(LightCellKey key) { return key.bucket % HW_CELLS.buckets;
 // Index of the cell; HW_NONE: it is not there.
 uint light_cell_find(LightCellKey key) {
   uint first = light_cell_bucket(key) * HW_LIGHT_CELL_WAYS;
-  Words tags = Words(HW_CELLS.tags + uint64_t(first) * 4ul);
-  uint64_t a = tags.at[0], b = tags.at[1];
+  uint64_t tags = HW_CELLS.tags + uint64_t(first) * 4ul;
+  uint64_t a = word_at(tags, 0u), b = word_at(tags, 1u);
   uint way = word_low(a) == key.tag   ? 0u
              : word_high(a) == key.tag ? 1u
              : word_low(b) == key.tag  ? 2u

@@ -32,23 +32,26 @@ struct LightDraw {
 uint alias_pick(uint64_t table, uint n, float u) {
   float scaled = u * float(n);
   uint i = min(uint(scaled), n - 1u);
-  AliasEntry e = AliasTable(table).at[i];
-  return scaled - float(i) < e.threshold ? i : e.alias;
+  uint64_t e = table + uint64_t(i) * HW_ALIAS_BYTES;
+  return scaled - float(i) < float_at(e, 0u) ? i : uint_at(e, 1u);
 }
+
+// Probability of a light by the alias table.
+float alias_pdf(uint light) { return float_at(HW_ROOT.light_alias + uint64_t(light) * HW_ALIAS_BYTES, 2u); }
 
 // Chooses a light for a surface at P with the unit normal N, which does not matter where it `transmits`. HW_NONE with
 // choice 0: none can contribute.
 uint light_choice(vec3 P, vec3 N, bool transmits, float u, out float choice) {
   if (HW_HAS(HW_FEATURE_LIGHT_TREE)) return light_tree_sample(0u, P, N, transmits, u, choice);
   uint index = alias_pick(HW_ROOT.light_alias, HW_ROOT.light_count, u);
-  choice = AliasTable(HW_ROOT.light_alias).at[index].pdf;
+  choice = alias_pdf(index);
   return index;
 }
 
 // The chance with which light_choice gives `light`, which MIS weighs BSDF rays from `origin` with.
 float light_choice_pdf(uint light, vec3 origin, vec3 normal, bool transmits) {
   if (HW_HAS(HW_FEATURE_LIGHT_TREE)) return light_tree_pdf(0u, light, origin, normal, transmits);
-  return AliasTable(HW_ROOT.light_alias).at[light].pdf;
+  return alias_pdf(light);
 }
 // The same from a path's last vertex, for a light that its ray has found.
 float light_choice_pdf(uint light, PathState state) {
@@ -126,7 +129,7 @@ LightDraw draw_reservoir(vec3 P, Reservoir r, float mis_scale) {
   d.radiance = d.program ? vec3(1.0) : world ? HW_ROOT.world_color : p.radiance;
   float weight = p.density * r.weight;
   d.pdf = 1.0 / max(weight, 1e-30);
-  d.mis_pdf = mis_scale * AliasTable(HW_ROOT.light_alias).at[r.light].pdf *
+  d.mis_pdf = mis_scale * alias_pdf(r.light) *
               light_point_mis_pdf(light, HW_ROOT.emission_maps, HW_ROOT.world, P, p, d.uv);
   d.valid = weight > 0.0;
   return d;

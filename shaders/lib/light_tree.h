@@ -17,8 +17,7 @@
 #define HW_LIGHT_TREE_UINT(ADDRESS, INDEX) (reinterpret_cast<const uint*>(ADDRESS)[INDEX])
 #else
 #include "words.glsl"
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightTreeUints { uint at[]; };
-#define HW_LIGHT_TREE_UINT(ADDRESS, INDEX) (LightTreeUints(ADDRESS).at[INDEX])
+#define HW_LIGHT_TREE_UINT(ADDRESS, INDEX) uint_at(ADDRESS, INDEX)
 #endif
 HW_NAMESPACE_BEGIN
 
@@ -53,11 +52,11 @@ LightTreeBounds light_tree_bounds_of(uint64_t w0, uint64_t w1) {
   return LightTreeBounds(word_low(w0), word_high(w0), word_low(w1), word_high(w1));
 }
 LightTreeBounds light_tree_bounds(uint64_t nodes, uint i) {
-  Words w = Words(nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES);
-  return light_tree_bounds_of(w.at[0], w.at[1]);
+  uint64_t w = nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES;
+  return light_tree_bounds_of(word_at(w, 0u), word_at(w, 1u));
 }
 uvec2 light_tree_links(uint64_t nodes, uint i) {
-  uint64_t w = Words(nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES).at[2];
+  uint64_t w = word_at(nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES, 2u);
   return uvec2(word_low(w), word_high(w));
 }
 #endif

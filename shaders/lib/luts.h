@@ -48,10 +48,10 @@ inline vec2 lut_pair(uint i) { return vec2(albedo_luts()[i], albedo_luts()[i + 1
 #include "words.glsl"
 // `row` is in the table's words already.
 vec4 lut_cell(uint i, uint row) {
-  uint64_t w = Words(HW_ROOT.luts).at[i];
+  uint64_t w = word_at(HW_ROOT.luts, i);
   return vec4(unpackUnorm2x16(word_low(w)), unpackUnorm2x16(word_high(w)));
 }
-vec2 lut_pair(uint i) { return word_floats(Words(HW_ROOT.luts).at[i]); }
+vec2 lut_pair(uint i) { return word_floats(word_at(HW_ROOT.luts, i)); }
 #endif
 
 HW_NAMESPACE_BEGIN

@@ -24,10 +24,10 @@ void input_pixel_tangents(MaterialInputs m, out vec3 dx, out vec3 dy) {
 const uint HW_INPUT_OBJECT_TO_WORLD = 0u;
 const uint HW_INPUT_WORLD_TO_OBJECT = 6u;  // in 64-bit words
 float[12] input_matrix(uint instance, uint first) {
-  Words w = Words(HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES + uint64_t(first) * 8ul);
+  uint64_t w = HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES + uint64_t(first) * 8ul;
   float m[12];
   for (uint i = 0u; i < 6u; ++i) {
-    uint64_t pair = w.at[i];
+    uint64_t pair = word_at(w, i);
     m[2u * i] = word_low_float(pair);
     m[2u * i + 1u] = word_high_float(pair);
   }
@@ -80,18 +80,18 @@ uvec3 input_elements(uint mesh, uint domain, uint primitive) {
 // One element: a single component is kept in x, y and z; a missing alpha is 1.
 vec4 input_element(uint64_t data, uint components, uint index) {
   uint base = index * components;
-  Words first = Words(data + uint64_t(base >> 1u) * 8ul);
-  vec2 xy = word_floats(first.at[0]);
+  uint64_t first = data + uint64_t(base >> 1u) * 8ul;
+  vec2 xy = word_floats(word_at(first, 0u));
   bool odd = (base & 1u) != 0u;
   if (components == 1u) {
     float x = odd ? xy.y : xy.x;
     return vec4(x, x, x, 1.0);
   }
-  if (odd) { xy = vec2(xy.y, word_low_float(first.at[1])); }
+  if (odd) { xy = vec2(xy.y, word_low_float(word_at(first, 1u))); }
   vec2 zw = vec2(0.0, 1.0);
   if (components > 2u) {
     // The third lies in either half; a fourth only follows where it is the lower.
-    vec2 pair = word_floats(Words(data + uint64_t((base + 2u) >> 1u) * 8ul).at[0]);
+    vec2 pair = word_floats(word_at(data, (base + 2u) >> 1u));
     zw = vec2(odd ? pair.y : pair.x, components > 3u ? pair.y : 1.0);
   }
   return vec4(xy, zw);

@@ -32,8 +32,7 @@ uint vm_pc;             // row that `vm_row` holds
 uvec4 vm_row;
 
 void vm_fetch() {
-  Words words = Words(vm_words);
-  uint64_t first = words.at[2u * vm_pc], second = words.at[2u * vm_pc + 1u];
+  uint64_t first = word_at(vm_words, 2u * vm_pc), second = word_at(vm_words, 2u * vm_pc + 1u);
   vm_row = uvec4(word_low(first), word_high(first), word_low(second), word_high(second));
 }
 void vm_next() {
@@ -46,9 +45,8 @@ uint vm_sub() { return vm_row.x >> 16u; }
 vec3 vm_read(uint operand) {
   vec3 r = vm_registers[operand & (HW_VM_REGISTERS - 1u)];
   if ((operand & HW_OPERAND_CONSTANT) != 0u) {
-    Words constants = Words(vm_constants);
     uint i = 2u * (operand & 0x7FFFu);
-    r = vec3(word_floats(constants.at[i]), word_low_float(constants.at[i + 1u]));
+    r = vec3(word_floats(word_at(vm_constants, i)), word_low_float(word_at(vm_constants, i + 1u)));
   }
   return r;
 }
@@ -70,8 +68,8 @@ float vm_table(uint first, uint sub, float x, uint component) {
   if ((sub & HW_TABLE_STEP) != 0u) { low = floor(at); }
   uint i = first + uint(low);
   uint j = first + uint(min(low + 1.0, last));
-  float v0 = Vec4Array(vm_constants).at[i][component];
-  float v1 = Vec4Array(vm_constants).at[j][component];
+  float v0 = float_at(vm_constants, 4u * i + component);
+  float v1 = float_at(vm_constants, 4u * j + component);
   float t = beyond ? x * last - low : ((sub & HW_TABLE_STEP) != 0u ? 0.0 : f);
   return v0 + (v1 - v0) * t;
 }
@@ -172,13 +170,13 @@ void vm_procedural() {
 
 // Runs the value rows of a section; `vm_row` is then its first closure row, or its end. False: the section is empty.
 bool vm_values(MaterialInputs m, uint section) {
-  Words material = Words(HW_ROOT.materials + uint64_t(m.material) * HW_MATERIAL_BYTES);
-  uint64_t program = material.at[0];
+  uint64_t material = HW_ROOT.materials + uint64_t(m.material) * HW_MATERIAL_BYTES;
+  uint64_t program = word_at(material, 0u);
   vm_words = HW_ROOT.programs + uint64_t(word_low(program)) * 4ul;
-  vm_constants = HW_ROOT.constants + uint64_t(word_low(material.at[1])) * 16ul;
+  vm_constants = HW_ROOT.constants + uint64_t(word_low(word_at(material, 1u))) * 16ul;
   bool any = word_high(program) > 0u;
   vm_pc = 0u;
-  if (any) { vm_pc = UintArray(vm_words).at[section]; }
+  if (any) { vm_pc = uint_at(vm_words, section); }
   any = vm_pc != 0u;
   vm_row = uvec4(HW_OP_END, 0u, 0u, 0u);
   if (any) { vm_fetch(); }

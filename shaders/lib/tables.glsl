@@ -26,14 +26,14 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec
 
 // A light, by words (lib/words.glsl): the order is LightRecord's.
 LightRecord light_load(uint index) {
-  Words w = Words(HW_ROOT.lights + uint64_t(index) * HW_LIGHT_BYTES);
-  uint64_t w0 = w.at[0], w8 = w.at[8], w9 = w.at[9], w10 = w.at[10], w11 = w.at[11], w12 = w.at[12];
+  uint64_t w = HW_ROOT.lights + uint64_t(index) * HW_LIGHT_BYTES;
+  uint64_t w0 = word_at(w, 0u), w8 = word_at(w, 8u), w9 = word_at(w, 9u), w10 = word_at(w, 10u), w11 = word_at(w, 11u), w12 = word_at(w, 12u);
   LightRecord r;
   r.type = word_low(w0);
   r.flags = word_high(w0);
-  words_to_vectors(w.at[1], w.at[2], w.at[3], r.position, r.axis_x);
-  words_to_vectors(w.at[4], w.at[5], w.at[6], r.axis_y, r.axis_z);
-  r.emission = vec3(word_floats(w.at[7]), word_low_float(w8));
+  words_to_vectors(word_at(w, 1u), word_at(w, 2u), word_at(w, 3u), r.position, r.axis_x);
+  words_to_vectors(word_at(w, 4u), word_at(w, 5u), word_at(w, 6u), r.axis_y, r.axis_z);
+  r.emission = vec3(word_floats(word_at(w, 7u)), word_low_float(w8));
   r.size_x = word_high_float(w8);
   r.size_y = word_low_float(w9);
   r.spread_or_spot = word_high_float(w9);

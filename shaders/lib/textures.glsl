@@ -11,16 +11,16 @@
 
 // Texel of a row-major image; x and y are in range.
 vec4 image_texel(uint64_t texels, uint format, uint index) {
-  if (!HW_HAS(HW_FEATURE_TEXEL_FORMATS) || format == HW_TEXEL_RGBA8) { return unpackUnorm4x8(UintArray(texels).at[index]); }
+  if (!HW_HAS(HW_FEATURE_TEXEL_FORMATS) || format == HW_TEXEL_RGBA8) { return unpackUnorm4x8(uint_at(texels, index)); }
   if (format == HW_TEXEL_RGBA16F) {
-    uint64_t h = Words(texels).at[index];
+    uint64_t h = word_at(texels, index);
     return vec4(unpackHalf2x16(word_low(h)), unpackHalf2x16(word_high(h)));
   }
   if (format == HW_TEXEL_R8) {
-    float v = float(uint(ByteArray(texels).at[index])) * (1.0 / 255.0);
+    float v = float(byte_at(texels, index)) * (1.0 / 255.0);
     return vec4(v, v, v, 1.0);
   }
-  return vec4(word_floats(Words(texels).at[2u * index]), word_floats(Words(texels).at[2u * index + 1u]));
+  return vec4(word_floats(word_at(texels, 2u * index)), word_floats(word_at(texels, 2u * index + 1u)));
 }
 
 // Index of a texel after wrapping, -1 where it is clipped. Mirror counts edge texels twice. `i` is at most a few texels
@@ -125,8 +125,8 @@ vec3 image_box_weights(vec3 n, float blend) {
 // HW_OP_IMAGE: linear RGB and alpha of image `image` (index into Root::images) at `co`. `normal`: object-space shading
 // normal, read by the box projection only. A missing image is magenta.
 vec4 image_texture(uint image, uint sub, vec3 co, vec3 normal) {
-  Words record = Words(HW_ROOT.images + uint64_t(image) * HW_IMAGE_BYTES);
-  uint64_t texels = record.at[0], size = record.at[1], kind = record.at[2];
+  uint64_t record = HW_ROOT.images + uint64_t(image) * HW_IMAGE_BYTES;
+  uint64_t texels = word_at(record, 0u), size = word_at(record, 1u), kind = word_at(record, 2u);
   uint width = word_low(size);
   uint height = word_high(size);
   uint format = word_low(kind);

@@ -26,12 +26,12 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer QueueRef { Q
 // The records that every hit reads and writes, by words (lib/words.glsl). The structs' sizes are asserted where they are
 // declared; the order of their members is what these functions follow.
 PathState path_load(uint path) {
-  Words w = Words(HW_FRAME.paths + uint64_t(path) * HW_PATH_BYTES);
-  uint64_t w2 = w.at[2], w4 = w.at[4], w5 = w.at[5], w6 = w.at[6];
+  uint64_t w = HW_FRAME.paths + uint64_t(path) * HW_PATH_BYTES;
+  uint64_t w2 = word_at(w, 2u), w4 = word_at(w, 4u), w5 = word_at(w, 5u), w6 = word_at(w, 6u);
   PathState s;
-  vec2 w1 = word_floats(w.at[1]);
-  vec2 w3 = word_floats(w.at[3]);
-  s.throughput = vec3(word_floats(w.at[0]), w1.x);
+  vec2 w1 = word_floats(word_at(w, 1u));
+  vec2 w3 = word_floats(word_at(w, 3u));
+  s.throughput = vec3(word_floats(word_at(w, 0u)), w1.x);
   s.mis_pdf = w1.y;
   s.mis_origin = vec3(word_floats(w2), w3.x);
   s.min_pdf = w3.y;
@@ -44,7 +44,7 @@ PathState path_load(uint path) {
   s.mis_normal = 0u;
   s.mis_cell = HW_NONE;
   if (HW_HAS(HW_FEATURE_LIGHT_TREE)) {
-    uint64_t w7 = w.at[7];
+    uint64_t w7 = word_at(w, 7u);
     s.mis_normal = word_low(w7);
     s.mis_cell = word_high(w7);
   }
@@ -69,14 +69,14 @@ void path_store_progress(uint path, PathState s) {
   w.at[5] = word_of(s.flags, s.bounces);
 }
 
-Ray ray_of_words(Words w) {
-  uint64_t w1 = w.at[1], w3 = w.at[3];
+Ray ray_of_words(uint64_t w) {
+  uint64_t w1 = word_at(w, 1u), w3 = word_at(w, 3u);
   Ray r;
-  r.origin = vec3(word_floats(w.at[0]), word_low_float(w1));
+  r.origin = vec3(word_floats(word_at(w, 0u)), word_low_float(w1));
   r.tmin = word_high_float(w1);
-  r.direction = vec3(word_floats(w.at[2]), word_low_float(w3));
+  r.direction = vec3(word_floats(word_at(w, 2u)), word_low_float(w3));
   r.tmax = word_high_float(w3);
-  uint64_t w4 = w.at[4];
+  uint64_t w4 = word_at(w, 4u);
   r.mask = word_low(w4);
   r.flags = word_high(w4);
   return r;
@@ -88,7 +88,7 @@ void ray_to_words(Words w, Ray r) {
   w.at[3] = word_of(r.direction.z, r.tmax);
   w.at[4] = word_of(r.mask, r.flags);
 }
-Ray ray_load(uint path) { return ray_of_words(Words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES)); }
+Ray ray_load(uint path) { return ray_of_words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES); }
 void ray_store(uint path, Ray r) { ray_to_words(Words(HW_FRAME.rays + uint64_t(path) * HW_RAY_BYTES), r); }
 // Shadow ray `number` of a path (ShadowState).
 uint shadow_of(uint path, uint number) { return path * HW_FRAME.light_samples + number; }
@@ -96,33 +96,33 @@ uint path_of_shadow(uint shadow) { return shadow / HW_FRAME.light_samples; }
 void shadow_ray_store(uint shadow, Ray r) { ray_to_words(Words(HW_FRAME.shadow_rays + uint64_t(shadow) * HW_RAY_BYTES), r); }
 
 Hit hit_load(uint path) {
-  Words w = Words(HW_FRAME.hits + uint64_t(path) * HW_HIT_BYTES);
-  uint64_t w0 = w.at[0], w1 = w.at[1];
+  uint64_t w = HW_FRAME.hits + uint64_t(path) * HW_HIT_BYTES;
+  uint64_t w0 = word_at(w, 0u), w1 = word_at(w, 1u);
   Hit h;
   h.t = word_low_float(w0);
   h.u = word_high_float(w0);
   h.v = word_low_float(w1);
   h.instance = word_high(w1);
-  h.primitive = word_low(w.at[2]);
+  h.primitive = word_low(word_at(w, 2u));
   h.pad = 0u;
   return h;
 }
 
 // Nothing of a flat scene's shading normals is kept.
 SurfacePoint surface_load(uint path) {
-  Words w = Words(HW_FRAME.surfaces + uint64_t(path) * HW_SURFACE_POINT_BYTES);
+  uint64_t w = HW_FRAME.surfaces + uint64_t(path) * HW_SURFACE_POINT_BYTES;
   SurfacePoint p;
-  uint64_t w7 = w.at[7];
-  words_to_vectors(w.at[0], w.at[1], w.at[2], p.position, p.normal);
+  uint64_t w7 = word_at(w, 7u);
+  words_to_vectors(word_at(w, 0u), word_at(w, 1u), word_at(w, 2u), p.position, p.normal);
   p.shading_normal = p.normal;
   p.terminator_offset = vec3(0.0);
   p.terminator_cutoff = 0.0;
   if (HW_HAS(HW_FEATURE_BUMP)) {
-    words_to_vectors(w.at[3], w.at[4], w.at[5], p.shading_normal, p.terminator_offset);
+    words_to_vectors(word_at(w, 3u), word_at(w, 4u), word_at(w, 5u), p.shading_normal, p.terminator_offset);
   }
   p.receiver = 0u;
   if (HW_HAS(HW_FEATURE_BUMP | HW_FEATURE_LIGHT_TREE)) {
-    uint64_t w6 = w.at[6];
+    uint64_t w6 = word_at(w, 6u);
     if (HW_HAS(HW_FEATURE_BUMP)) p.terminator_cutoff = word_low_float(w6);
     p.receiver = word_high(w6);
   }
@@ -159,34 +159,37 @@ void shadow_store(uint shadow, ShadowState s) {
 }
 // What light that arrived is added by.
 ShadowState shadow_load(uint shadow) {
-  Words w = shadow_words(shadow);
-  uint64_t w1 = w.at[1];
+  uint64_t w = HW_FRAME.shadows + uint64_t(shadow) * HW_SHADOW_BYTES;
+  uint64_t w1 = word_at(w, 1u);
   ShadowState s;
-  s.radiance = vec3(word_floats(w.at[0]), word_low_float(w1));
+  s.radiance = vec3(word_floats(word_at(w, 0u)), word_low_float(w1));
   s.bounce = word_high(w1);
   s.diffuse = vec3(0.0);
   s.glossy = vec3(0.0);
   s.light = HW_NONE;
   if (HW_LIGHT_PASSES || HW_HAS(HW_FEATURE_LIGHT_CELLS)) {
-    uint64_t w3 = w.at[3];
+    uint64_t w3 = word_at(w, 3u);
     s.diffuse.z = word_low_float(w3);
     s.light = word_high(w3);
   }
   if (HW_LIGHT_PASSES) {
-    s.diffuse = vec3(word_floats(w.at[2]), s.diffuse.z);
-    s.glossy = vec3(word_floats(w.at[4]), word_low_float(w.at[5]));
+    s.diffuse = vec3(word_floats(word_at(w, 2u)), s.diffuse.z);
+    s.glossy = vec3(word_floats(word_at(w, 4u)), word_low_float(word_at(w, 5u)));
   }
   s.transparent = 0u;
   s.uv = vec2(0.0);
   s.slot = 0u;
   s.teaches = 0.0;
   if (HW_HAS(HW_FEATURE_LIGHT_CELLS)) {
-    uint64_t w7 = w.at[7];
+    uint64_t w7 = word_at(w, 7u);
     s.slot = word_low(w7);
     s.teaches = word_high_float(w7);
   }
   return s;
 }
+
+// Path `i` of the queue that this dispatch works through.
+uint queued(uint i) { return uint_at(push.queue + HW_QUEUE_HEADER_BYTES, i); }
 
 void queue_push(uint64_t queue, uint path) {
   QueueRef q = QueueRef(queue);

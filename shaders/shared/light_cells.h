@@ -37,6 +37,15 @@ struct LightCell {
 HW_CONST uint HW_LIGHT_CELL_BYTES = 2080u;
 HW_CHECK_SIZE(LightCell, HW_LIGHT_CELL_BYTES)
 HW_CHECK_OFFSET(LightCell, slot, 0u)
+// Where stages that draw from cells find members: index of the 32-bit number.
+HW_CONST uint HW_LIGHT_CELL_UINT_NODE = 128u;
+HW_CONST uint HW_LIGHT_CELL_UINT_FIRST = 160u;
+HW_CONST uint HW_LIGHT_CELL_UINT_SLOTS = 514u;
+HW_CONST uint HW_LIGHT_CELL_UINT_MEAN = 516u;
+HW_CHECK_OFFSET(LightCell, node, 4 * HW_LIGHT_CELL_UINT_NODE)
+HW_CHECK_OFFSET(LightCell, first, 4 * HW_LIGHT_CELL_UINT_FIRST)
+HW_CHECK_OFFSET(LightCell, slots, 4 * HW_LIGHT_CELL_UINT_SLOTS)
+HW_CHECK_OFFSET(LightCell, mean, 4 * HW_LIGHT_CELL_UINT_MEAN)
 
 // A cell that a surface looked for in vain, or that its bucket is asked to take in with the next update: of all that
 // are asked for, the one of the least tag.

@@ -69,7 +69,8 @@ struct AliasEntry {
   uint alias;
   float pdf;  // probability of this entry
 };
-HW_CHECK_SIZE(AliasEntry, 12)
+HW_CONST uint HW_ALIAS_BYTES = 12u;
+HW_CHECK_SIZE(AliasEntry, HW_ALIAS_BYTES)
 
 // Environment importance map: piecewise constant on a lat-long grid, rows weighted by sin(theta).
 struct WorldDistribution {

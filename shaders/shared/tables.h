@@ -20,7 +20,8 @@ struct Attribute {
   uint components;  // 1 to 4
   uint pad;
 };
-HW_CHECK_SIZE(Attribute, 24)
+HW_CONST uint HW_ATTRIBUTE_BYTES = 24u;
+HW_CHECK_SIZE(Attribute, HW_ATTRIBUTE_BYTES)
 
 struct MeshRecord {
   uint64_t positions;     // vec3[vertices], object space
@@ -35,7 +36,23 @@ struct MeshRecord {
   int default_uv;  // index of the active render UV map among attributes, -1 if none
   Attribute attributes[8];
 };
-HW_CHECK_SIZE(MeshRecord, 256)
+HW_CONST uint HW_MESH_BYTES = 256u;
+HW_CHECK_SIZE(MeshRecord, HW_MESH_BYTES)
+// Where surface_geometry (lib/geometry.glsl) finds members: index of the 64-bit word.
+HW_CONST uint HW_MESH_WORD_POSITIONS = 0u;
+HW_CONST uint HW_MESH_WORD_TRI_VERTICES = 1u;
+HW_CONST uint HW_MESH_WORD_TRI_CORNERS = 2u;
+HW_CONST uint HW_MESH_WORD_NORMALS = 3u;
+HW_CONST uint HW_MESH_WORD_TRI_SLOTS = 4u;
+HW_CONST uint HW_MESH_WORD_DEFAULT_UV = 7u;  // attribute_count, default_uv
+HW_CONST uint HW_MESH_WORD_ATTRIBUTES = 8u;
+HW_CHECK_OFFSET(MeshRecord, positions, 8 * HW_MESH_WORD_POSITIONS)
+HW_CHECK_OFFSET(MeshRecord, tri_vertices, 8 * HW_MESH_WORD_TRI_VERTICES)
+HW_CHECK_OFFSET(MeshRecord, tri_corners, 8 * HW_MESH_WORD_TRI_CORNERS)
+HW_CHECK_OFFSET(MeshRecord, normals, 8 * HW_MESH_WORD_NORMALS)
+HW_CHECK_OFFSET(MeshRecord, tri_slots, 8 * HW_MESH_WORD_TRI_SLOTS)
+HW_CHECK_OFFSET(MeshRecord, default_uv, 8 * HW_MESH_WORD_DEFAULT_UV + 4)
+HW_CHECK_OFFSET(MeshRecord, attributes, 8 * HW_MESH_WORD_ATTRIBUTES)
 
 struct InstanceRecord {
   float object_to_world[12];  // row-major 3x4

@@ -81,7 +81,7 @@ void met_lamp(uint path, PathState state, Ray ray, Hit hit) {
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
+  uint path = queued(gl_GlobalInvocationID.x);
   PathState state = path_load(path);
   Ray ray = ray_load(path);
   Hit hit = hit_load(path);

@@ -31,7 +31,7 @@ Reservoir choose_light(TargetSurface target, PathState state, uint count) {
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
+  uint path = queued(gl_GlobalInvocationID.x);
   PathState state = path_load(path);
   SurfacePoint point = surface_load(path);
   uint bounce = path_bounce(state.bounces);

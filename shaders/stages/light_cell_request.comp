@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
+  uint path = queued(gl_GlobalInvocationID.x);
   LightCellRequest wanted = LightCellRequestArray(HW_CELLS.wanted).at[path];
   LightCellRequestArray requests = LightCellRequestArray(HW_CELLS.requests);
   if (requests.at[wanted.bucket].tag == wanted.tag) requests.at[wanted.bucket].center = wanted.center;

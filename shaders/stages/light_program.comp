@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint shadow = queue.path[gl_GlobalInvocationID.x];
+  uint shadow = queued(gl_GlobalInvocationID.x);
   ShadowState s = ShadowArray(HW_FRAME.shadows).at[shadow];
   Ray ray = RayArray(HW_FRAME.shadow_rays).at[shadow];
   // As Cycles evaluates emission for light samples: by the shadow ray, with the depth of the path that casts it.

@@ -15,19 +15,19 @@ layout(local_size_x = 64) in;
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
+  uint path = queued(gl_GlobalInvocationID.x);
   vec3 sum = vec3(0.0);
   bool arrived = false;
   for (uint number = 0u; number < push.a; ++number) {
     uint shadow = shadow_of(path, number);
-    if (UintBuffer(HW_FRAME.shadow_hits).at[shadow] != 0u) continue;
+    if (uint_at(HW_FRAME.shadow_hits, shadow) != 0u) continue;
     ShadowState s = shadow_load(shadow);
     vec3 v = result_clamp(s.radiance, s.bounce);
     sum += result_value(v);
     result_add_light_passes(path, v, s.bounce, s.diffuse, s.glossy);
     arrived = true;
 #ifdef HW_CELLS_LEARN
-    light_cell_learn(UintBuffer(HW_CELLS.visited).at[path], s);
+    light_cell_learn(uint_at(HW_CELLS.visited, path), s);
 #endif
   }
   if (arrived) result_add3(path, HW_PASS_COMBINED, sum);

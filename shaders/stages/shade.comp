@@ -11,6 +11,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_atomic_int64 : require
 #endif
+#define HW_CLOSURES_KEPT
 #include "lib/wave.glsl"
 #include "lib/closures.h"
 #ifdef HW_CELLS_DRAW
@@ -96,7 +97,7 @@ bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
+  uint path = queued(gl_GlobalInvocationID.x);
   PathState state = path_load(path);
   SurfacePoint point = surface_load(path);
   Ray ray = ray_load(path);

@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint shadow = queue.path[gl_GlobalInvocationID.x];
+  uint shadow = queued(gl_GlobalInvocationID.x);
   if (UintBuffer(HW_FRAME.shadow_hits).at[shadow] != 0u) return;
   UintBuffer(HW_FRAME.shadow_hits).at[shadow] = 1u;
   RayArray(HW_FRAME.shadow_rays).at[shadow].mask = HW_MASK_SHADOW_TRANSPARENT;

@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint shadow = queue.path[gl_GlobalInvocationID.x];
+  uint shadow = queued(gl_GlobalInvocationID.x);
   ShadowState s = ShadowArray(HW_FRAME.shadows).at[shadow];
   Hit hit = HitArray(HW_FRAME.shadow_surface_hits).at[shadow];
   if (hit.instance == HW_NONE) {

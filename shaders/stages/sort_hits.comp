@@ -11,21 +11,21 @@ layout(local_size_x = 64) in;
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
-  uint instance = HitArray(HW_FRAME.hits).at[path].instance;
+  uint path = queued(gl_GlobalInvocationID.x);
+  uint instance = uint_at(HW_FRAME.hits + uint64_t(path) * HW_HIT_BYTES, 3u);
   if (instance == HW_BLOCKED_INSTANCE) return;
   bool surface = instance < HW_LAMP_INSTANCE;
-  uint flags = PathArray(HW_FRAME.paths).at[path].flags;
+  uint flags = uint_at(HW_FRAME.paths + uint64_t(path) * HW_PATH_BYTES, 10u);
   bool emission_only = (flags & HW_PATH_EMISSION_ONLY) != 0u;
   if (surface && emission_only && (!HW_FEATURE_PASSES || (flags & HW_PATH_FEATURES_DONE) != 0u)) {
-    InstanceTable instances = InstanceTable(HW_ROOT.instances);
-    bool emits = instances.at[instance].light_offset != HW_NONE;
-    bool through = (instances.at[instance].mask & HW_MASK_SHADOW_TRANSPARENT) != 0u;
+    uint64_t record = HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES;
+    bool emits = uint_at(record, 2u * HW_INSTANCE_WORD_LIGHT) != HW_NONE;
+    bool through = (uint_at(record, 2u * HW_INSTANCE_WORD_MESH + 3u) & HW_MASK_SHADOW_TRANSPARENT) != 0u;
     if (!emits && !through) return;
   }
   uint64_t target = push.out_queue;
   if (surface) {
-    uint shading_class = (InstanceTable(HW_ROOT.instances).at[instance].flags >> HW_INSTANCE_CLASS_SHIFT) & 1u;
+    uint shading_class = (uint_at(HW_ROOT.instances + uint64_t(instance) * HW_INSTANCE_BYTES, 2u * HW_INSTANCE_WORD_FLAGS + 1u) >> HW_INSTANCE_CLASS_SHIFT) & 1u;
     target = shading_class == 0u ? HW_FRAME.hit_queues[0] : HW_FRAME.hit_queues[1];
   }
   queue_push(target, path);

@@ -38,7 +38,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   CameraRecord camera = HW_ROOT.camera;
   float across = camera_width(camera) / float(HW_FRAME.width);
   inputs.footprint = camera.type == HW_CAMERA_ORTHOGRAPHIC ? across : across * distance(g.P, camera_position(camera));
-  uint material_flags = MaterialTable(HW_ROOT.materials).at[g.material].flags;
+  uint material_flags = word_high(word_at(HW_ROOT.materials + uint64_t(g.material) * HW_MATERIAL_BYTES, 1u));
   bool behind_diffuse = (state.flags & HW_PATH_DIFFUSE) != 0u;
   inputs.shade_flags = inputs.shade_flags |
                        ((material_flags & HW_MATERIAL_BUMP_CORRECTION) != 0u ? HW_SHADE_BUMP_CORRECTION : 0u) |
@@ -164,6 +164,6 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
 void main() {
   QueueRef queue = QueueRef(push.queue);
   if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queue.path[gl_GlobalInvocationID.x];
+  uint path = queued(gl_GlobalInvocationID.x);
   met_surface(path, path_load(path), ray_load(path), hit_load(path));
 }
