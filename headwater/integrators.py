@@ -115,6 +115,17 @@ PARAMETERS = {
             soft_most=16,
         ),
         Whole(
+            name="bounce_samples",
+            label="Bounce Samples",
+            summary="Paths that go on from the first surface that scatters light; 0: as many as pay, which path takes for 1",
+            effect="More: less noise in indirect light and reflections, for the rest of a path each, which is cheaper than "
+            "another sample of the pixel; edges, blur and direct light get little of it",
+            section="candidates",
+            least=0,
+            most=64,
+            soft_most=16,
+        ),
+        Whole(
             name="reservoir_memory",
             label="Memory",
             summary="Memory for all cells, in MiB",
@@ -384,7 +395,7 @@ INTEGRATORS = {
             "path",
             "Path Tracing",
             "Light samples by a light tree and one bounce at each surface. Unbiased; the reference.",
-            {"light_samples": 1},
+            {"bounce_samples": 0, "light_samples": 1},
         ),
         Integrator(
             "restir",
@@ -430,7 +441,7 @@ INTEGRATORS = {
             "World-Space Hash",
             "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path "
             "tracing where lights are few.",
-            {"light_samples": 4, "reservoir_memory": 64},
+            {"bounce_samples": 0, "light_samples": 4, "reservoir_memory": 64},
         ),
     )
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "integrators/path.h"
+#include "integrators/path_splitting.h"
 #include "integrators/restir.h"
 #include "integrators/wssr.h"
 #include "integrators/wssr_hash.h"
@@ -28,6 +29,11 @@ std::vector<std::string> integrator_names() {
 
 bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count) {
   return settings.integrator == "path" || light_count < kFewLights;
+}
+
+std::uint32_t most_bounce_samples(const RenderSettings& settings) {
+  const std::uint32_t asked = resolve_reuse(settings).bounce_samples;
+  return asked ? asked : settings.integrator == "wssr-hash" ? kMostBounceSamples : 1;
 }
 
 std::uint32_t light_samples(const RenderSettings& settings, std::uint32_t light_count) {

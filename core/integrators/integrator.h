@@ -77,5 +77,7 @@ bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count);
 // Light samples of what the camera sees first: as many as were asked for, else the integrator's default, but no more
 // than there are lights: of one light, several cost more than they gain (docs/measurements/wssr_hash.md).
 std::uint32_t light_samples(const RenderSettings& settings, std::uint32_t light_count);
+// Paths that may go on from the first surface that scatters light, at most.
+std::uint32_t most_bounce_samples(const RenderSettings& settings);
 
 }  // namespace hw

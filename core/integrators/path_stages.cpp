@@ -129,7 +129,7 @@ void PathStages::camera(Commands& commands) {
   for (auto& queue : w.hit_queues) prepare(commands, nullptr, RayKind::kNone, queue.get());
   prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
   const Push push{.out_queue = w.active->address()};
-  commands.dispatch(camera_, push.bytes(), (paths() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  commands.dispatch(camera_, push.bytes(), (paths() * w.bounce_samples() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
   prepare(commands, w.active.get(), RayKind::kCamera, w.next.get());
   context_.tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
 }
@@ -156,7 +156,10 @@ void PathStages::shade(Commands& commands, std::size_t c, std::uint32_t light_sa
   Wave& w = context_.wave;
   commands.begin_stage("shade");
   dispatch(commands, *shade_[c], surfaces(c),
-           {.out_queue = w.shadow_queue->address(), .out_queue2 = w.next->address(), .a = light_samples});
+           {.out_queue = w.shadow_queue->address(),
+            .out_queue2 = w.next->address(),
+            .a = light_samples,
+            .b = w.bounce_samples()});
 }
 
 bool PathStages::light(Commands& commands, std::uint32_t light_samples) {

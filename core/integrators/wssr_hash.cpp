@@ -6,6 +6,7 @@
 #include "integrators/wssr_hash.h"
 
 #include <algorithm>
+#include <bit>
 #include <string>
 
 #include "stages/reuse_wave.h"
@@ -21,6 +22,7 @@ constexpr std::uint32_t kKeepPasses = 64;
 // as cuts take some to follow the light, each with a path for one pixel of so many.
 constexpr int kRounds = 4, kRoundsKept = 1;
 constexpr std::uint32_t kRoundPixels = 16;
+constexpr std::uint32_t kLearnEach = 8;
 constexpr float kLeastSize = 1e-4f;  // of the scene's radius
 
 }  // namespace
@@ -56,6 +58,7 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   store.light_cells->tree = context_.light_tree_revision;
   if (!keeps) store.light_cells->passes = 0;
   preparations_ = s.resume ? 0 : keeps ? kRoundsKept : kRounds;
+  begin_splitting(keeps);
 
   FrameParams& frame = context_.wave.params();
   LightCellFrame& f = frame.light_cells;
@@ -79,6 +82,27 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
 
 std::uint32_t WssrHashIntegrator::preparation_pixels() const { return kRoundPixels; }
 
+// How many paths go on from a surface is measured by the last two of the rounds before a first sample, and kept with
+// the cells.
+void WssrHashIntegrator::begin_splitting(bool keeps) {
+  std::uint32_t& kept = context_.reservoirs.light_cells->bounce_samples;
+  FrameParams& frame = context_.wave.params();
+  if (!keeps) kept = 1;
+  const bool measures =
+      preparations_ == kRounds && !params_.bounce_samples && context_.wave.capacity() >= kMostBounceSamples;
+  frame.bounce_samples = params_.bounce_samples ? params_.bounce_samples : measures ? 1 : kept;
+  if (!measures) return;
+  splitting_.emplace(context_);
+  splitting_->begin((context_.width * context_.height + kRoundPixels - 1) / kRoundPixels);
+}
+
+bool WssrHashIntegrator::prepare(Commands& commands, int preparation) {
+  if (!render(commands)) return false;
+  const int which = preparation - (kRounds - 2);
+  if (splitting_ && which >= 0) splitting_->measure(commands, std::uint32_t(which));
+  return true;
+}
+
 bool WssrHashIntegrator::render(Commands& commands) {
   stages_.after_shading = [&] {
     stages_.prepare(commands, &missing_, RayKind::kNone, nullptr);
@@ -88,12 +112,27 @@ bool WssrHashIntegrator::render(Commands& commands) {
   return stages_.render(commands, [](std::size_t) {});
 }
 
-void WssrHashIntegrator::end_pass(Commands& commands, int) {
-  commands.begin_stage("light cells");
-  dispatch_all(commands, context_.device, update_, cells().count());
-  dispatch_all(commands, context_.device, insert_, cells().buckets());
-  commands.flush();
-  context_.wave.params().light_cells.pass = ++cells().passes;
+// Cells learn after each pass at first, then after every second, fourth, … as one more says ever less of what is known.
+bool WssrHashIntegrator::learns_now() {
+  const std::uint32_t passes = ++frame_passes_;
+  return passes % std::bit_floor(std::max(passes / kLearnEach, 1u)) == 0;
+}
+
+void WssrHashIntegrator::end_pass(Commands& commands, int preparation) {
+  if (learns_now()) {
+    commands.begin_stage("light cells");
+    dispatch_all(commands, context_.device, update_, cells().count());
+    dispatch_all(commands, context_.device, insert_, cells().buckets());
+    commands.flush();
+  }
+  FrameParams& frame = context_.wave.params();
+  frame.light_cells.pass = ++cells().passes;
+  if (!splitting_) return;
+  if (preparation == kRounds - 3) frame.bounce_samples = PathSplitting::kMeasured;
+  if (preparation == kRounds - 1) {
+    frame.bounce_samples = cells().bounce_samples = splitting_->choose(commands);
+    splitting_.reset();
+  }
 }
 
 }  // namespace hw

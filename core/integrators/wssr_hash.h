@@ -5,7 +5,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
+#include "integrators/path_splitting.h"
 #include "integrators/path_stages.h"
 
 namespace hw {
@@ -16,19 +18,23 @@ class WssrHashIntegrator final : public Integrator {
   bool render(Commands& commands) override;
   int preparations() const override { return preparations_; }
   std::uint32_t preparation_pixels() const override;
-  bool prepare(Commands& commands, int) override { return render(commands); }
+  bool prepare(Commands& commands, int preparation) override;
   bool samples_are_independent() const override { return false; }
   void begin_frame(Commands& commands) override;
   void end_pass(Commands& commands, int preparation) override;
 
  private:
+  void begin_splitting(bool keeps);
+  bool learns_now();
   LightCells& cells() { return *context_.reservoirs.light_cells; }
 
   IntegratorContext context_;
   ReuseParams params_;
   std::unique_ptr<Buffer> wanted_, visited_;  // for each path
   int preparations_ = 0;
-  Queue missing_;  // paths whose cell is not there
+  std::uint32_t frame_passes_ = 0;
+  std::optional<PathSplitting> splitting_;  // where the number of bounces is to be found out
+  Queue missing_;                           // paths whose cell is not there
   const Kernel& request_;
   const Kernel& update_;
   const Kernel& insert_;

@@ -50,6 +50,7 @@ nb::dict reuse_dict(const ReuseParams& p) {
   d["cell_inputs"] = p.cell_inputs;
   d["points_per_leaf"] = p.points_per_leaf;
   d["light_samples"] = p.light_samples;
+  d["bounce_samples"] = p.bounce_samples;
   d["reservoir_memory"] = p.reservoir_memory;
   d["reservoirs_per_cell"] = p.reservoirs_per_cell;
   d["history"] = p.history;

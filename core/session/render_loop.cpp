@@ -87,12 +87,14 @@ void RenderLoop::choose_wave() {
   const std::uint64_t pixels = std::uint64_t(film_.width()) * film_.height();
   const bool small = device.shared_memory() || device.info().kind == "cpu";
   const std::uint32_t light_samples = hw::light_samples(settings_, tables_.root().light_count);
+  const std::uint32_t most_bounces = most_bounce_samples(settings_);
   std::uint64_t capacity = small ? kHostWave : std::max(kDeviceWave / light_samples, kHostWave);
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
   const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
                              wave_bytes_per_path(light_samples, film_.layout());
   capacity = std::min<std::uint64_t>(capacity, 65535u * HW_GROUP_SIZE / light_samples);  // queue_prepare.comp
-  capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples});
+  capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples * most_bounces});
+  capacity = std::max<std::uint64_t>(capacity, most_bounces);
   capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
   if (wave_ && wave_->capacity() == capacity && wave_->light_samples() == light_samples &&
       wave_->layout_mask() == film_.layout().mask)
@@ -158,6 +160,8 @@ void RenderLoop::render() {
   commands.set_uniforms(tables_.root_buffer(), *wave.frame);
 
   apply_settings(wave.params(), settings_, film_.layout());
+  wave.params().bounce_samples =
+      std::max(resolve_reuse(settings_).bounce_samples, 1u);  // integrators may find a better number
   wave.params().first_sample_of_render = settings_.first_sample;
   wave.params().film = film_.sums().address();
   wave.params().frame_flags = frame_flags(tables_);
@@ -165,28 +169,37 @@ void RenderLoop::render() {
   wave.reset_counters(commands);
 
   on_stage("loading kernels");
-  auto integrator = make_integrator({device,
-                                     tracer_,
-                                     *context_.kernels,
-                                     wave,
-                                     constants,
-                                     class_constants,
-                                     (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0,
-                                     settings_,
-                                     cancelled_,
-                                     reservoirs_,
-                                     tables_.root().light_count,
-                                     tables_.light_power(),
-                                     tables_.take_light_changes(),
-                                     tables_.radius(),
-                                     camera_position(tables_.root().camera),
-                                     pixel_size(tables_.root().camera, settings_.width),
-                                     film_.width(),
-                                     film_.height(),
-                                     context_.threads,
-                                     tables_.light_tree_revision()});
-  accumulate_ = &context_.kernels->get("accumulate", constants);
-  integrator->begin_frame(commands);
+  const IntegratorContext context{device,
+                                  tracer_,
+                                  *context_.kernels,
+                                  wave,
+                                  constants,
+                                  class_constants,
+                                  (tables_.totals().material_flags & HW_MATERIAL_TRANSPARENT) != 0,
+                                  settings_,
+                                  cancelled_,
+                                  reservoirs_,
+                                  tables_.root().light_count,
+                                  tables_.light_power(),
+                                  tables_.take_light_changes(),
+                                  tables_.radius(),
+                                  camera_position(tables_.root().camera),
+                                  pixel_size(tables_.root().camera, settings_.width),
+                                  film_.width(),
+                                  film_.height(),
+                                  context_.threads,
+                                  tables_.light_tree_revision()};
+  // Buffers that integrators keep may be the ones that no longer fit in the device's memory window, which kernels that
+  // are made already would look for them in.
+  bool windowed;
+  std::unique_ptr<Integrator> integrator;
+  do {
+    windowed = device.windowed();
+    integrator.reset();
+    integrator = make_integrator(context);
+    accumulate_ = &context_.kernels->get("accumulate", constants);
+    integrator->begin_frame(commands);
+  } while (device.windowed() != windowed);
   if (passes(commands, *integrator, begun)) submit(commands);
   report(commands);  // a cancelled render drops what it has recorded, and keeps what ran
 }
@@ -200,8 +213,9 @@ bool RenderLoop::passes(Commands& commands, Integrator& integrator, std::chrono:
   const std::uint32_t pixels = film_.width() * film_.height();
   const bool independent = integrator.samples_are_independent();
   while (counts.samples < settings_.samples) {
-    const std::uint32_t per_wave =
-        independent ? std::clamp(wave_->capacity() / pixels, 1u, settings_.samples - counts.samples) : 1;
+    const std::uint32_t per_wave = independent ? std::clamp(wave_->capacity() / wave_->bounce_samples() / pixels, 1u,
+                                                            settings_.samples - counts.samples)
+                                               : 1;
     if (!pass(commands, integrator, per_wave, -1, counts)) return false;
     counts = {counts.samples + per_wave, 0, 0};
     recorded_.push_back({counts, film_flushes_});
@@ -232,7 +246,7 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
   Wave& wave = *wave_;
   const std::uint32_t each = preparation < 0 ? 1 : integrator.preparation_pixels();
   const std::uint32_t pixels = (film_.width() * film_.height() + each - 1) / each;
-  const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / per_wave);
+  const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / wave.bounce_samples() / per_wave);
   integrator.begin_pass(commands);
   for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
     FrameParams& p = wave.params();
@@ -242,6 +256,7 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
     p.wave_samples = per_wave;
     p.first_sample = settings_.first_sample + counts.samples;
     // Preparations draw other numbers than the sample they come before.
+    p.preparation_seed = settings_.seed ^ std::uint32_t(settings_.first_sample + preparation / 2);
     p.seed = preparation < 0 ? settings_.seed : settings_.seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
     wave.write_params(commands);
     if (preparation >= 0) {

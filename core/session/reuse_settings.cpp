@@ -66,7 +66,7 @@ std::vector<IntegratorInfo> make_table() {
       {"path",
        "Path Tracing",
        "Light samples by a light tree and one bounce at each surface. Unbiased; the reference.",
-       {"light_samples"},
+       {"light_samples", "bounce_samples"},
        {}},
       {"restir", "ReSTIR",
        "Reuses light samples of earlier passes and of nearby pixels at the first surface. Much cleaner under many "
@@ -92,7 +92,7 @@ std::vector<IntegratorInfo> make_table() {
        "World-Space Hash",
        "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path tracing "
        "where lights are few.",
-       {"light_samples", "reservoir_memory"},
+       {"light_samples", "bounce_samples", "reservoir_memory"},
        hash},
   };
 }
@@ -174,6 +174,7 @@ ReuseParams resolve_reuse(const RenderSettings& s) {
   whole("points_per_leaf", r.points_per_leaf, 1, 1u << 20, p.points_per_leaf);
   whole("reservoirs_per_cell", r.reservoirs_per_cell, 1, 16, p.reservoirs_per_cell);
   whole("light_samples", r.light_samples, 1, 64, p.light_samples);
+  whole("bounce_samples", r.bounce_samples, 0, 64, p.bounce_samples);
   whole("reservoir_memory", r.reservoir_memory, 1, 1u << 16, p.reservoir_memory);
   // Without an end of its history a reservoir freezes, and the picture's error with it.
   whole("history", r.history, unbiased ? 1 : 0, unbiased ? 1000 : 1u << 20, p.history);

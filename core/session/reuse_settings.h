@@ -24,7 +24,9 @@ struct ReuseSettings {
   std::optional<std::uint32_t> points_per_leaf;  // wssr-kd
   std::optional<std::uint32_t> reservoirs_per_cell;  // of a leaf or a cell
   std::optional<std::uint32_t> history;  // most passes over the picture that a reservoir remembers; 0: all of them
-  std::optional<std::uint32_t> light_samples;     // path, wssr-hash: at what the camera sees first
+  std::optional<std::uint32_t>
+      bounce_samples;                          // path, wssr-hash: paths that go on from the first surface; 0: what pays
+  std::optional<std::uint32_t> light_samples;  // path, wssr-hash: at what the camera sees first
   std::optional<std::uint32_t> reservoir_memory;  // wssr-hash: of all cells [MiB]
   std::optional<bool> temporal_reuse, spatial_reuse, visibility_reuse;
   std::optional<std::string> reuse_weights;  // "1/M", "1/Z", "mis"
@@ -42,7 +44,7 @@ struct ReuseParams {
   std::uint32_t ascension = 10, grid_radius = 10, grid_resolution = 100;
   float grid_extent = 50;
   std::uint32_t cell_inputs = 100, points_per_leaf = 1, reservoirs_per_cell = 1, history = 0;
-  std::uint32_t reservoir_memory = 64, light_samples = 1;
+  std::uint32_t reservoir_memory = 64, light_samples = 1, bounce_samples = 0;
   bool temporal_reuse = true, spatial_reuse = true, visibility_reuse = false;
   ReuseWeights weights = ReuseWeights::kInverseM;
   bool grid_rides = false, black_where_empty = false;

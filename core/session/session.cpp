@@ -397,7 +397,8 @@ std::string Session::stats_json() const {
   // Cells are counted on the device, so not while anyone renders there: then by the last count.
   if (!d.running && d.reservoirs.light_cells && d.context->begin(nullptr)) {
     const std::unique_ptr<Context, void (*)(Context*)> until_return(d.context.get(), [](Context* c) { c->end(); });
-    d.cells = {d.reservoirs.light_cells->count(), d.reservoirs.light_cells->used(*d.context->device)};
+    d.cells = {d.reservoirs.light_cells->count(), d.reservoirs.light_cells->used(*d.context->device),
+               d.reservoirs.light_cells->bounce_samples};
   }
   if (!d.running && !d.reservoirs.light_cells) d.cells = {};
   return render_stats_json(*d.context, *d.tracer, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes(), d.cells);

@@ -95,6 +95,7 @@ std::string render_stats_json(const Context& context, const Tracer& tracer, cons
   if (cells.count > 0) {
     out.integer("light_cells", cells.count);
     out.integer("light_cells_used", cells.used);
+    out.integer("bounce_samples", cells.bounce_samples);
   }
   out.object("stages", stages);
   out.object("stage_calls", calls);

@@ -72,6 +72,7 @@ Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, 
   commands.flush();
 
   params_.light_samples = light_samples;
+  params_.bounce_samples = 1;
   params_.pixels_a_path = 1;
   params_.paths = paths->address();
   params_.rays = rays->address();

@@ -24,6 +24,7 @@ class Wave {
 
   std::uint32_t capacity() const { return capacity_; }
   std::uint32_t light_samples() const { return light_samples_; }
+  std::uint32_t bounce_samples() const { return params_.bounce_samples; }
   std::uint32_t shadow_capacity() const { return capacity_ * light_samples_; }
   std::uint64_t bytes() const { return bytes_; }
   // Parameters of the coming wave; write_params() puts them where the stages recorded after it read them.

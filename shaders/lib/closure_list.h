@@ -49,7 +49,8 @@ uint64_t closure_address(ClosureList list, uint i) { return list.base + uint64_t
 
 Closure closure_load(ClosureList list, uint i) {
   uint64_t w = closure_address(list, i);
-  uint64_t w0 = HW_CLOSURE_WORD(w, 0u), w1 = HW_CLOSURE_WORD(w, 1u), w2 = HW_CLOSURE_WORD(w, 2u), w3 = HW_CLOSURE_WORD(w, 3u);
+  uint64_t w0 = HW_CLOSURE_WORD(w, 0u), w1 = HW_CLOSURE_WORD(w, 1u), w2 = HW_CLOSURE_WORD(w, 2u),
+           w3 = HW_CLOSURE_WORD(w, 3u);
   Closure c;
   c.type = word_low(w0);
   c.weight = vec3(word_high_float(w0), word_floats(w1));
@@ -86,7 +87,9 @@ Closure closure_load(ClosureList list, uint i) {
   return c;
 }
 
-float closure_sample_weight(ClosureList list, uint i) { return word_low_float(HW_CLOSURE_WORD(closure_address(list, i), 2u)); }
+float closure_sample_weight(ClosureList list, uint i) {
+  return word_low_float(HW_CLOSURE_WORD(closure_address(list, i), 2u));
+}
 
 void closure_store(ClosureList list, uint i, Closure c) {
   Words w = Words(closure_address(list, i));

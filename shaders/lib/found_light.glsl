@@ -18,6 +18,7 @@ void found_light(uint path, PathState state, vec3 radiance, float weight) {
       result_add3(path, HW_PASS_DENOISING_ALBEDO,
                   SplitArray(HW_FRAME.splits).at[path].feature * state.throughput * radiance * weight);
   }
-  result_add_light(path, state.throughput * radiance * weight, path_bounce(state.bounces), diffuse, glossy);
+  result_add_light(path, state.throughput * radiance * weight, path_bounce(state.bounces),
+                   (state.flags & HW_PATH_SPLIT) != 0u, diffuse, glossy);
 }
 #endif

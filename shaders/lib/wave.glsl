@@ -245,14 +245,16 @@ void result_add_light_passes(uint path, vec3 v, uint bounce, vec3 diffuse_share,
   }
 }
 
-// `bounce` counts scatterings before the light: 0 seen directly, 1 direct light.
-vec3 result_clamp(vec3 radiance, uint bounce) {
-  return clamp_contribution(radiance, bounce > 1u ? HW_FRAME.clamp_indirect : HW_FRAME.clamp_direct);
+// `bounce` counts scatterings before the light: 0 seen directly, 1 direct light. `split`: the path is one of several that
+// share a sample.
+vec3 result_clamp(vec3 radiance, uint bounce, bool split) {
+  float limit = bounce > 1u ? HW_FRAME.clamp_indirect : HW_FRAME.clamp_direct;
+  return clamp_contribution(radiance, split ? limit / float(HW_FRAME.bounce_samples) : limit);
 }
 
 // Adds light that arrived at the camera.
-void result_add_light(uint path, vec3 radiance, uint bounce, vec3 diffuse_share, vec3 glossy_share) {
-  vec3 v = result_clamp(radiance, bounce);
+void result_add_light(uint path, vec3 radiance, uint bounce, bool split, vec3 diffuse_share, vec3 glossy_share) {
+  vec3 v = result_clamp(radiance, bounce, split);
   result_add3(path, HW_PASS_COMBINED, v);
   result_add_light_passes(path, v, bounce, diffuse_share, glossy_share);
 }

@@ -49,6 +49,7 @@ HW_CONST uint HW_PATH_NO_TRANSPARENT = 512u;      // transparent limit reached: 
 HW_CONST uint HW_PATH_FIRST_DONE = 1024u;         // data passes have been written
 HW_CONST uint HW_PATH_FEATURES_DONE = 2048u;      // denoising features have been written
 HW_CONST uint HW_PATH_REUSED = 4096u;             // the pixel's reservoir has its surface
+HW_CONST uint HW_PATH_SPLIT = 8192u;              // one of FrameParams::bounce_samples that left a surface
 
 struct PathState {
   vec3 throughput;
@@ -87,13 +88,15 @@ HW_CHECK_SIZE(SurfacePoint, HW_SURFACE_POINT_BYTES)
 HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
 HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could be evaluated for
 HW_CONST uint HW_SURFACE_GLOSSY = 512u;       // most of it is a sharp reflection
+HW_CONST uint HW_SURFACE_WHOLE =
+    1024u;  // lets light straight through, or sends it one way only: paths are not split here
 
 // What a shadow ray carries: added to the path's result where it arrives. Shadow ray `number` of a path, of
 // FrameParams::light_samples that it has places for, lies at path * light_samples + number, as do its ray and its
 // result.
 struct ShadowState {
   vec3 radiance;  // throughput * f * cos * Le / pdf * MIS weight; without Le until light_program.comp has run
-  uint bounce;    // scatterings before the light, this one included
+  uint bounce;    // scatterings before the light, this one included; HW_SHADOW_SPLIT
   vec3 diffuse;   // share of radiance by lobe (first bounce), for the light passes
   uint light;     // index, for lights whose emission is a program
   vec3 glossy;
@@ -102,6 +105,7 @@ struct ShadowState {
   uint slot;         // of the light cell that proposed it (wssr-hash)
   float teaches;     // what the cell learns of each unit of luminance: 1 / that of the path's throughput
 };
+HW_CONST uint HW_SHADOW_SPLIT = 256u;  // beside the scatterings: its path is HW_PATH_SPLIT
 HW_CONST uint HW_SHADOW_BYTES = 64u;
 HW_CHECK_SIZE(ShadowState, HW_SHADOW_BYTES)
 
@@ -112,6 +116,14 @@ struct PathSplit {
   vec3 feature;  // what mirrors on the way leave of the denoising features
 };
 HW_CHECK_SIZE(PathSplit, 36)
+
+// What a preparation finds of a pixel by two paths from it that are split in three: luminance of each, and the square
+// of the difference of two of its parts, each a third.
+struct SplitRecord {
+  float light[2];
+  float apart[2];
+};
+HW_CHECK_SIZE(SplitRecord, 16)
 
 struct RayCounters {
   uint64_t camera, indirect, shadow, transparent_shadow;
@@ -155,11 +167,13 @@ struct FrameParams {
   float mist_start, mist_inverse_depth, mist_falloff;  // falloff: exponent
   uint frame_flags;                                    // HW_FRAME_*
   uint light_samples;                                  // at the first surface of a path
+  uint bounce_samples;                                 // paths that go on from the first surface that scatters light
   uint pixels_a_path;                                  // above 1: a path for one pixel of so many, drawn at random
+  uint preparation_seed;                               // of that draw
   ReuseFrame reuse;
   LightCellFrame light_cells;  // wssr-hash
 };
-HW_CHECK_SIZE(FrameParams, 728)
+HW_CHECK_SIZE(FrameParams, 736)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

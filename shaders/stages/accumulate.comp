@@ -10,7 +10,7 @@ void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= HW_FRAME.wave_pixels) return;
   uint stride = HW_FRAME.film_stride;
-  uint samples = HW_FRAME.wave_samples;
+  uint samples = HW_FRAME.wave_samples * HW_FRAME.bounce_samples;
   FloatBuffer film = FloatBuffer(HW_FRAME.film);
   FloatBuffer results = FloatBuffer(HW_FRAME.results);
   uint pixel = HW_FRAME.first_pixel + i;

@@ -12,12 +12,20 @@ void main() {
   uint path = gl_GlobalInvocationID.x;
   uint count = HW_FRAME.wave_pixels * HW_FRAME.wave_samples;
   if (path == 0u) QueueRef(push.out_queue).header.count = count;
-  if (path >= count) return;
+  if (path >= count * HW_FRAME.bounce_samples) return;
+  uint stride = HW_FRAME.film_stride;
+  FloatBuffer results = FloatBuffer(HW_FRAME.results);
+  for (uint c = 0u; c < stride; ++c) results.at[path * stride + c] = 0.0;
+  // Places that are left for paths that go on from what this one finds.
+  uint number = path / HW_FRAME.bounce_samples;
+  if (path != number * HW_FRAME.bounce_samples) return;
+  results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
+  if (pass_on(HW_PASS_MIST)) results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_MIST]] = 1.0;  // less what surfaces show
 
-  uint pixel = HW_FRAME.first_pixel + path / HW_FRAME.wave_samples;
-  uint index = HW_FRAME.first_sample + path % HW_FRAME.wave_samples;
+  uint pixel = HW_FRAME.first_pixel + number / HW_FRAME.wave_samples;
+  uint index = HW_FRAME.first_sample + number % HW_FRAME.wave_samples;
   if (HW_FRAME.pixels_a_path > 1u) {
-    uint among = sampler_hash(sampler_hash_combine(pixel, HW_FRAME.seed)) % HW_FRAME.pixels_a_path;
+    uint among = sampler_hash(sampler_hash_combine(pixel, HW_FRAME.preparation_seed)) % HW_FRAME.pixels_a_path;
     pixel = min(pixel * HW_FRAME.pixels_a_path + among, HW_FRAME.region_width * HW_FRAME.region_height - 1u);
   }
   uint x = HW_FRAME.region_x + pixel % HW_FRAME.region_width;
@@ -61,13 +69,8 @@ void main() {
   state.mis_cell = HW_NONE;
   path_store(path, state);
   UintBuffer q = UintBuffer(push.out_queue + HW_QUEUE_HEADER_BYTES);
-  q.at[path] = path;
+  q.at[number] = path;
 
-  uint stride = HW_FRAME.film_stride;
-  FloatBuffer results = FloatBuffer(HW_FRAME.results);
-  for (uint c = 0u; c < stride; ++c) results.at[path * stride + c] = 0.0;
-  results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
-  if (pass_on(HW_PASS_MIST)) results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_MIST]] = 1.0;  // less what surfaces show
   if (HW_LIGHT_PASSES || HW_FEATURE_PASSES) {
     PathSplit split;
     split.feature = vec3(1.0);

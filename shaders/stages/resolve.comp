@@ -22,9 +22,10 @@ void main() {
     uint shadow = shadow_of(path, number);
     if (uint_at(HW_FRAME.shadow_hits, shadow) != 0u) continue;
     ShadowState s = shadow_load(shadow);
-    vec3 v = result_clamp(s.radiance, s.bounce);
+    uint bounce = s.bounce & (HW_SHADOW_SPLIT - 1u);
+    vec3 v = result_clamp(s.radiance, bounce, (s.bounce & HW_SHADOW_SPLIT) != 0u);
     sum += result_value(v);
-    result_add_light_passes(path, v, s.bounce, s.diffuse, s.glossy);
+    result_add_light_passes(path, v, bounce, s.diffuse, s.glossy);
     arrived = true;
 #ifdef HW_CELLS_LEARN
     light_cell_learn(uint_at(HW_CELLS.visited, path), s);

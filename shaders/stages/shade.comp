@@ -4,7 +4,7 @@
 // by the surface's cell.
 // variant shade_reservoir: HW_RESERVOIR
 // variant shade_cells: HW_CELLS_DRAW
-// a: light samples of each surface.
+// a: light samples of each surface; b: paths that go on from the first surface that scatters light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #ifdef HW_CELLS_DRAW
@@ -33,7 +33,7 @@ vec3 shares_of(vec3 part, vec3 total) {
 
 // Light sample `number` of `samples`. False: it brings nothing, whatever its shadow ray would say.
 bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce,
-                  uint samples, uint number) {
+                  uint samples, uint number, uint ways) {
   ShadowState shadow;
   shadow.slot = 0u;
   shadow.teaches = 0.0;
@@ -62,12 +62,12 @@ bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   vec3 glossy = (draw.flags & HW_LIGHT_GLOSSY) != 0u ? bsdf.glossy : vec3(0.0);
   vec3 transmission = (draw.flags & HW_LIGHT_TRANSMISSION) != 0u ? bsdf.transmission : vec3(0.0);
   vec3 f = diffuse + glossy + transmission;
-  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(float(samples) * draw.mis_pdf, bsdf.pdf) : 1.0;
+  float weight = (draw.flags & HW_LIGHT_USE_MIS) != 0u && !draw.delta ? mis_power(float(samples) * draw.mis_pdf, float(ways) * bsdf.pdf) : 1.0;
   vec3 radiance = state.throughput * f * draw.radiance * (weight / (draw.pdf * float(samples)));
   if (!(radiance.x + radiance.y + radiance.z > 0.0)) return false;
 
   shadow.radiance = radiance;
-  shadow.bounce = path_bounce(state.bounces) + 1u;
+  shadow.bounce = (path_bounce(state.bounces) + 1u) | ((state.flags & HW_PATH_SPLIT) != 0u ? HW_SHADOW_SPLIT : 0u);
   shadow.diffuse = vec3(0.0);
   shadow.glossy = vec3(0.0);
   shadow.light = draw.light;
@@ -94,33 +94,25 @@ bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   return true;
 }
 
-void main() {
-  QueueRef queue = QueueRef(push.queue);
-  if (gl_GlobalInvocationID.x >= queue.header.count) return;
-  uint path = queued(gl_GlobalInvocationID.x);
-  PathState state = path_load(path);
-  SurfacePoint point = surface_load(path);
-  Ray ray = ray_load(path);
-  ShadingGeometry sg;
-  sg.wo = -ray.direction;
-  sg.Ng = point.normal;
-  sg.Ns = point.shading_normal;
-  sg.flags = point.flags & HW_SURFACE_SHADE_FLAGS;
-  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * HW_CLOSURE_BYTES), point.closure_count);
+// One of `ways` paths that go on from a surface by a BSDF sample: path `first` + `way`. `samples`: the surface's light
+// samples.
+void scatter(uint first, uint way, uint ways, PathState state, Ray ray, SurfacePoint point, ShadingGeometry sg,
+             ClosureList list, uint samples) {
+  uint path = first + way;
   uint bounce = path_bounce(state.bounces);
   uint dimension_bounce = bounce + state.transparent;
-
-  uint samples = push.a;
-  bool lit = (point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u;
-#ifdef HW_CELLS_DRAW
-  light_cell_here = HW_NONE;
-  if (lit) light_cell_enter(path, state, point, samples);
-#endif
-  for (uint number = 0u; number < samples; ++number) {
-    bool asks = lit && sample_light(path, state, point, sg, list, dimension_bounce, samples, number);
-    if (!asks) UintBuffer(HW_FRAME.shadow_hits).at[shadow_of(path, number)] = 1u;
+  if (ways > 1u) {
+    state.sample_index = state.sample_index * ways + way;
+    state.throughput *= 1.0 / float(ways);
+    state.flags |= HW_PATH_SPLIT;
+    if (HW_LIGHT_PASSES || HW_FEATURE_PASSES) {
+      // Denoising features are the first one's.
+      PathSplit split = SplitArray(HW_FRAME.splits).at[first];
+      if (way == 0u) split.feature *= float(ways);
+      SplitArray(HW_FRAME.splits).at[path] = split;
+      if (way > 0u) state.flags |= HW_PATH_FEATURES_DONE;
+    }
   }
-
   vec3 u3 = sampler_3d(state.seed, state.sample_index, sampler_dimension(dimension_bounce, HW_DIM_BSDF), HW_FRAME.seed);
   BsdfSample s = closures_sample(list, sg, u3);
   if (s.label == HW_LABEL_NONE || !(s.value.pdf > 0.0)) return;
@@ -157,12 +149,12 @@ void main() {
 
     bool keeps_background = (HW_FRAME.transparent_film & 2u) != 0u && !reflects &&
                             (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u && s.roughness < 0.1;
-    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_FEATURES_DONE | HW_PATH_NO_TRANSPARENT);
+    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_FEATURES_DONE | HW_PATH_NO_TRANSPARENT | HW_PATH_SPLIT);
     state.flags = kept | (reflects ? HW_PATH_REFLECTION : HW_PATH_TRANSMISSION) |
                   (diffuse ? HW_PATH_DIFFUSE : singular ? HW_PATH_GLOSSY | HW_PATH_SINGULAR : HW_PATH_GLOSSY) |
                   (last ? HW_PATH_EMISSION_ONLY : 0u) | (keeps_background ? HW_PATH_BACKGROUND_VISIBLE : 0u);
-    // Against as many light samples as this surface has had: MIS sees nothing but the ratio of the two.
-    state.mis_pdf = singular ? 0.0 : s.value.pdf / float(samples);
+    // As many against as many light samples as this surface has had: MIS sees nothing but the ratio of the two.
+    state.mis_pdf = singular ? 0.0 : s.value.pdf * (float(ways) / float(samples));
     state.mis_origin = point.position;
     state.mis_normal = point.receiver;
     state.mis_cell = HW_NONE;
@@ -185,4 +177,37 @@ void main() {
   path_store(path, state);
   ray_store(path, ray);
   queue_push(push.out_queue2, path);
+}
+
+void main() {
+  QueueRef queue = QueueRef(push.queue);
+  if (gl_GlobalInvocationID.x >= queue.header.count) return;
+  uint path = queued(gl_GlobalInvocationID.x);
+  PathState state = path_load(path);
+  SurfacePoint point = surface_load(path);
+  Ray ray = ray_load(path);
+  ShadingGeometry sg;
+  sg.wo = -ray.direction;
+  sg.Ng = point.normal;
+  sg.Ns = point.shading_normal;
+  sg.flags = point.flags & HW_SURFACE_SHADE_FLAGS;
+  ClosureList list = closures_at(HW_FRAME.closures + uint64_t(path) * uint64_t(HW_MAX_CLOSURES * HW_CLOSURE_BYTES), point.closure_count);
+  uint bounce = path_bounce(state.bounces);
+  uint dimension_bounce = bounce + state.transparent;
+
+  // Where light scatters first, several paths go on: what was found of the surface serves them all.
+  bool splits = push.b > 1u && (state.flags & HW_PATH_SPLIT) == 0u && (point.flags & HW_SURFACE_WHOLE) == 0u;
+  uint ways = splits ? push.b : 1u;
+  uint samples = push.a;
+  bool lit = (point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u;
+#ifdef HW_CELLS_DRAW
+  light_cell_here = HW_NONE;
+  if (lit) light_cell_enter(path, state, point, samples);
+#endif
+  for (uint number = 0u; number < samples; ++number) {
+    bool asks = lit && sample_light(path, state, point, sg, list, dimension_bounce, samples, number, ways);
+    if (!asks) UintBuffer(HW_FRAME.shadow_hits).at[shadow_of(path, number)] = 1u;
+  }
+
+  for (uint way = 0u; way < ways; ++way) scatter(path, way, ways, state, ray, point, sg, list, samples);
 }

@@ -111,6 +111,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   // Russian roulette on the throughput, as Cycles does it (square root of the largest channel).
   if (path_bounce(state.bounces) > HW_FRAME.min_bounces) {
     float largest = max(abs(state.throughput.x), max(abs(state.throughput.y), abs(state.throughput.z)));
+    if ((state.flags & HW_PATH_SPLIT) != 0u) largest *= float(HW_FRAME.bounce_samples);
     float survive = min(sqrt(largest), 1.0);
     float u = sampler_1d(state.seed, state.sample_index,
                          sampler_dimension(path_bounce(state.bounces) + state.transparent, HW_DIM_ROULETTE), HW_FRAME.seed);
@@ -119,7 +120,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   }
 
   // Filter Glossy: closures seen after a blurry bounce are blurred too.
-  bool delta_only = true;
+  bool delta_only = true, straight = false;
   vec3 receiver = Ng;
   bool transmits = false;
   float blur = state.min_pdf * HW_FRAME.filter_glossy;
@@ -145,6 +146,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
       blurry += singular || reflects ? 0.0 : c.sample_weight;
     }
     delta_only = delta_only && singular;
+    straight = straight || closure_type(c) == HW_CLOSURE_TRANSPARENT;
   }
 
   SurfacePoint point;
@@ -155,7 +157,7 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   point.terminator_cutoff = g.terminator_cutoff;
   point.receiver = (octahedral_pack(receiver) & ~HW_RECEIVER_TRANSMITS) | (transmits ? HW_RECEIVER_TRANSMITS : 0u);
   point.closure_count = count;
-  point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u) | (sharp > 2.0 * blurry ? HW_SURFACE_GLOSSY : 0u);
+  point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u) | (delta_only || straight ? HW_SURFACE_WHOLE : 0u) | (sharp > 2.0 * blurry ? HW_SURFACE_GLOSSY : 0u);
   surface_store(path, point);
   path_store_progress(path, state);
   queue_push(push.out_queue, path);

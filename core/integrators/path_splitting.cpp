@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// The measure and the choice.
+#include "integrators/path_splitting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace hw {
+
+namespace {
+
+// Costs in units of tracing a ray and running the program of what it meets; rough figures from lavapipe 22.3.6 and
+// Embree over scenes/benchmark.
+constexpr double kCamera = 2.4;       // with what the film costs
+constexpr double kLightSample = 0.7;  // with its shadow ray
+constexpr double kRay = 0.5;
+constexpr double kSurface = 1.2;  // of a bounce: its program, and a light sample with its shadow ray
+// Fewer pixels of light than this say nothing.
+constexpr std::size_t kFewest = 64;
+
+}  // namespace
+
+SplitVariance split_variance(std::span<const SplitRecord> records) {
+  const auto good = [](const SplitRecord& r) {
+    return std::isfinite(r.light[0]) && std::isfinite(r.light[1]) && std::isfinite(r.apart[0]) &&
+           std::isfinite(r.apart[1]);
+  };
+  double mean = 0;
+  std::size_t count = 0;
+  for (const SplitRecord& r : records)
+    if (good(r)) mean += 0.5 * (r.light[0] + r.light[1]), ++count;
+  SplitVariance v{0, 0};
+  if (count < kFewest || !(mean > 0)) return v;
+  // What is darker than a tenth of the mean counts as if it were that bright.
+  const double dark = 0.1 * mean / double(count);
+  double all = 0, apart = 0;
+  for (const SplitRecord& r : records) {
+    if (!good(r)) continue;
+    const double light = 0.5 * (r.light[0] + r.light[1]), difference = double(r.light[0]) - r.light[1];
+    const double weight = 1 / (light * light + dark * dark);
+    all += 0.5 * difference * difference * weight;
+    apart += 0.25 * (double(r.apart[0]) + r.apart[1]) * weight;
+  }
+  // Parts are thirds: the variance of one that is whole is nine times theirs, that of the mean of three a third of it.
+  constexpr double k = PathSplitting::kMeasured;
+  v.bounces = k * k * apart / double(count);
+  v.surfaces = std::max(all / double(count) - v.bounces / k, 0.0);
+  return v;
+}
+
+std::uint32_t best_bounce_samples(const SplitVariance& v, const SplitCosts& costs) {
+  if (!(v.bounces > 0)) return 1;
+  const double c0 = kCamera + kLightSample * costs.light_rays;
+  const double cb = kRay * costs.bounce_rays + kSurface * costs.bounce_light;
+  std::uint32_t best = 1;
+  const auto cost = [&](std::uint32_t k) { return (v.surfaces + v.bounces / k) * (c0 + k * cb); };
+  for (std::uint32_t k = 2; k <= kMostBounceSamples; ++k)
+    if (cost(k) < cost(best)) best = k;
+  return best;
+}
+
+PathSplitting::PathSplitting(const IntegratorContext& context)
+    : context_(context), measure_(context.kernels.get("split_measure", context.constants)) {}
+
+void PathSplitting::begin(std::uint32_t pixels) {
+  pixels_ = pixels;
+  records_ = std::make_unique<Buffer>(context_.device, pixels * sizeof(SplitRecord), BufferUse::device, "split paths");
+}
+
+void PathSplitting::measure(Commands& commands, std::uint32_t which) {
+  const Push push{.out_queue = records_->address(), .a = which};
+  const std::uint32_t paths = context_.wave.params().wave_pixels;
+  commands.dispatch(measure_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+}
+
+std::uint32_t PathSplitting::choose(Commands& commands) {
+  Wave& wave = context_.wave;
+  wave.record_counters(commands);
+  commands.flush();
+  std::vector<SplitRecord> records(pixels_);
+  context_.device.read(*records_, 0, std::as_writable_bytes(std::span(records)));
+  records_.reset();
+  const RayCounters rays = wave.counters();
+  // All preparations so far were counted: as many before the measured ones, with one bounce a path, as measured ones.
+  const double bounces = double(rays.camera) * 0.5 * (1 + kMeasured);
+  const double first = std::min(double(rays.shadow), double(rays.camera) * wave.light_samples());
+  const SplitCosts costs = {first / std::max(double(rays.camera), 1.0), double(rays.indirect) / std::max(bounces, 1.0),
+                            (double(rays.shadow) - first) / std::max(bounces, 1.0)};
+  return best_bounce_samples(split_variance(records), costs);
+}
+
+}  // namespace hw

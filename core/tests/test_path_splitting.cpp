@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many paths should go on from a surface: variances out of made-up paths, and the choice by variances and costs.
+#include <doctest/doctest.h>
+
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "integrators/path_splitting.h"
+
+using namespace hw;
+
+namespace {
+
+// Paths of `pixels` of the mean light 1, split in three, whose surfaces and bounces have these variances.
+std::vector<SplitRecord> made_up(std::size_t pixels, double surfaces, double bounces) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> surface(0, std::sqrt(surfaces)), bounce(0, std::sqrt(bounces));
+  std::vector<SplitRecord> records(pixels);
+  for (SplitRecord& r : records)
+    for (int which = 0; which < 2; ++which) {
+      const double at = surface(random), parts[3] = {bounce(random), bounce(random), bounce(random)};
+      r.light[which] = float(1 + at + (parts[0] + parts[1] + parts[2]) / 3);
+      r.apart[which] = float((parts[1] - parts[2]) * (parts[1] - parts[2]) / 9);
+    }
+  return records;
+}
+
+}  // namespace
+
+TEST_CASE("variances of surfaces and of bounces are told apart") {
+  for (const auto& [surfaces, bounces] : {std::pair{0.01, 0.03}, {0.03, 0.003}, {0.0, 0.02}}) {
+    const SplitVariance v = split_variance(made_up(40000, surfaces, bounces));
+    // About the mean of 1 weights are a little more than 1 (their mean is of 1 / light squared) and bounded by
+    // darkness.
+    CHECK(v.bounces == doctest::Approx(bounces).epsilon(0.1));
+    CHECK(v.surfaces == doctest::Approx(surfaces).epsilon(0.1).scale(0.01));
+  }
+}
+
+TEST_CASE("light that is not finite, black pictures and too few pixels say nothing") {
+  std::vector<SplitRecord> records = made_up(1000, 0.01, 0.03);
+  const SplitVariance before = split_variance(records);
+  records[3].light[1] = std::numeric_limits<float>::infinity();
+  records[4].apart[0] = std::numeric_limits<float>::quiet_NaN();
+  CHECK(split_variance(records).bounces == doctest::Approx(before.bounces).epsilon(0.05));
+  CHECK(split_variance(std::vector<SplitRecord>(1000)).bounces == 0);
+  CHECK(split_variance(made_up(10, 0.01, 0.03)).bounces == 0);
+  CHECK(split_variance({}).bounces == 0);
+}
+
+TEST_CASE("more paths go on where bounces differ and are cheap, one where they don't or are dear") {
+  const SplitCosts cheap{4, 1, 0}, usual{4, 3, 2}, dear{1, 40, 40};
+  CHECK(best_bounce_samples({0.01, 0}, usual) == 1);
+  CHECK(best_bounce_samples({1, 0.01}, usual) == 1);
+  CHECK(best_bounce_samples({0.01, 1}, usual) == kMostBounceSamples);
+  CHECK(best_bounce_samples({1, 1}, dear) == 1);
+  CHECK(best_bounce_samples({0, 1}, usual) == kMostBounceSamples);
+  CHECK(best_bounce_samples({1, 1}, cheap) > best_bounce_samples({1, 1}, usual));
+  // The least of (v0 + vb / k) (c0 + k cb): c0 = 2.4 + 0.7 * 4 = 5.2, cb = 0.5 * 3 + 1.2 * 2 = 3.9, so k = sqrt(4 * 4 /
+  // 3).
+  CHECK(best_bounce_samples({0.25, 1}, usual) == 2);
+  CHECK(best_bounce_samples({0.1, 1}, usual) == 4);
+}

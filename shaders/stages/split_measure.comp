@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a wave of split paths tells of how much their parts differ (shared/path.h, SplitRecord). One thread a path of the
+// camera, which has a record to itself.
+// a: which of the two paths of a pixel these are; out_queue: SplitRecord[pixels of the preparation].
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "lib/light_proxy.h"
+#include "lib/wave.glsl"
+layout(local_size_x = 64) in;
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SplitRecordArray { SplitRecord at[]; };
+
+float part(uint path) {
+  uint first = path * HW_FRAME.film_stride + HW_FRAME.pass_offset[HW_PASS_COMBINED];
+  return luminance(vec3(float_at(HW_FRAME.results, first), float_at(HW_FRAME.results, first + 1u),
+                        float_at(HW_FRAME.results, first + 2u)));
+}
+
+void main() {
+  uint number = gl_GlobalInvocationID.x;
+  if (number >= HW_FRAME.wave_pixels) return;
+  uint first = number * HW_FRAME.bounce_samples;
+  float b = part(first + 1u), c = part(first + 2u);
+  SplitRecordArray records = SplitRecordArray(push.out_queue);
+  records.at[HW_FRAME.first_pixel + number].light[push.a] = part(first) + b + c;
+  records.at[HW_FRAME.first_pixel + number].apart[push.a] = (b - c) * (b - c);
+}
