@@ -184,7 +184,9 @@ void RenderLoop::render() {
                                      film_.width(),
                                      film_.height(),
                                      context_.threads,
-                                     tables_.light_tree_revision()});
+                                     tables_.light_tree_revision(),
+                                     tables_.light_tree_fit(),
+                                     tables_.light_tree_unit()});
   accumulate_ = &context_.kernels->get("accumulate", constants);
   integrator->begin_frame(commands);
   if (passes(commands, *integrator, begun)) submit(commands);
@@ -242,7 +244,8 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
     p.wave_samples = per_wave;
     p.first_sample = settings_.first_sample + counts.samples;
     // Preparations draw other numbers than the sample they come before.
-    p.seed = preparation < 0 ? settings_.seed : settings_.seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
+    const std::uint32_t seed = integrator.seed(settings_.seed);
+    p.seed = preparation < 0 ? seed : seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
     wave.write_params(commands);
     if (preparation >= 0) {
       if (!integrator.prepare(commands, preparation)) return false;
