@@ -175,9 +175,9 @@ class Checks:
         return self.against(self.truth(bounces), tracer, contestant, bounces, 0)
 
     def against(self, truth, tracer, contestant, bounces, first_seed) -> dict:
-        """Pictures against the truth's. Rare bright paths that few samples have not met look like a bias of a tile. Where
-        the two disagree, other seeds with six times the samples are asked; where they still do, long renders of the tile
-        most apart alone. A bias stays, chance does not."""
+        """Pictures against the truth's. Rare bright paths that few samples have not met look like a bias of a tile.
+        Where the two disagree, other seeds with six times the samples are asked; where they still do, long renders of
+        the tile most apart alone. A bias stays, chance does not."""
         from expectation import agreement
 
         samples, seeds = self.args.samples, range(first_seed, first_seed + self.args.runs)
