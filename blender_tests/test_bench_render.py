@@ -296,3 +296,47 @@ def test_scenes_have_their_lights_as_objects_and_as_instances(tmp_path):
     assert found["counts"] == expected
     assert found["moved"] == found["cars"][2] > 0 and found["cars"][3] >= 24
     assert found["bright"][0] > 1000
+
+
+_MOVES = """
+sys.path.insert(0, {scenes!r})
+import heads, make_benchmark, surfaces
+def few(scene, seed):
+    bpy.ops.mesh.primitive_cube_add()
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.camera.rotation_euler = (1.2, 0, 0)
+    scene.collection.objects.link(scene.camera)
+heads.objects = few
+surfaces.Images.__init__.__defaults__ = (16,)
+found = {{}}
+for moves in ("camera", "lights", "both"):
+    make_benchmark.make("heads", 24, (32, 18), 3, moves)
+    scene = bpy.context.scene
+    def places():
+        graph = bpy.context.evaluated_depsgraph_get()
+        return {{o.name: [round(x, 4) for x in o.evaluated_get(graph).matrix_world.translation] for o in scene.objects}}
+    frames = []
+    for frame in (1, 8, 15):
+        scene.frame_set(frame)
+        frames.append(places())
+    moved = [n for n in frames[0] if frames[0][n] != frames[1][n]]
+    even = all(abs(a + c - 2 * b) < 1e-3 for n in moved for a, b, c in zip(*(f[n] for f in frames)))
+    found[moves] = [sum(n.startswith("Area") for n in moved), "Camera" in moved, even, scene.frame_end]
+try:
+    make_benchmark.make("sky", 1, (32, 18), 3, "lights")
+    refused = ""
+except ValueError as error:
+    refused = str(error)
+show(found=found, refused=refused)
+"""
+
+
+def test_scenes_that_move(tmp_path):
+    """The camera, a tenth of the lights, or both, at one speed; where no light can move that is said."""
+    said = bpy_process.run(_MOVES.format(scenes=str(SCENES)), tmp_path, timeout=200)
+    assert said["found"] == {
+        "camera": [0, True, True, 48],
+        "lights": [3, False, True, 48],
+        "both": [3, True, True, 48],
+    }
+    assert "no light of its own" in said["refused"]

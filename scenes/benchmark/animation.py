@@ -60,6 +60,10 @@ def _drift(scene, seed: int) -> None:
     found = [
         o for o in scene.objects if not o.parent and o.instance_type == "NONE" and (o.type == "LIGHT" or _glows(o))
     ]
+    if not found:
+        raise ValueError(
+            "no light of its own could move: above 10,000 they are instances, and skies stay where they are"
+        )
     for light in found[:: STILL + 1]:
         angle = rng.uniform(0, 2 * math.pi)
         speed = rng.uniform(0.3, 1.0) * DRIFT

@@ -95,7 +95,10 @@ def main() -> int:
     except ValueError:
         parser.error(f"'{args.size}' is no size WxH")
     started = time.perf_counter()
-    make(args.kind, args.lights, (width, height), args.seed, args.animate)
+    try:
+        make(args.kind, args.lights, (width, height), args.seed, args.animate)
+    except ValueError as error:
+        parser.error(str(error))
     output = Path(args.output).resolve()
     output.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(output), compress=True)
