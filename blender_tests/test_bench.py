@@ -91,6 +91,16 @@ def test_curves_that_do_not_overlap_give_a_bound():
     assert shown(comparison([power_law(0.8)], [power_law(0.001)])).startswith("< 0.125")
 
 
+def test_what_is_past_a_curve_is_extrapolated_and_says_so():
+    ours = [(1.0, 0.1, 1), (1.5, 0.05, 2)]
+    theirs = [(3.0, 2.0, 1), (5.0, 1.0, 2), (9.0, 0.5, 4)]  # 2 s a sample and 1 s before
+    found = curves.beyond(ours, theirs)
+    assert found.past == pytest.approx(10) and found.seconds == pytest.approx((1.5, 1 + 2 * 40))
+    assert curves.shown_beyond(found) == "~54x at 0.05, 10 times past its last"
+    assert curves.beyond(theirs, ours) is None and curves.shown_beyond(None) == ""
+    assert curves.beyond(ours, theirs[:1]) is None  # nothing says what a sample costs
+
+
 def test_median_curve_ends_with_the_shortest():
     found = curves.median_curve([[(1, 3), (2, 2)], [(3, 5), (4, 1)], [(2, 4)]])
     assert found == [(2, 4)]
@@ -173,7 +183,7 @@ class FakeEngines:
     def __exit__(self, *_):
         return False
 
-    def render(self, contestant, seed, samples, label):
+    def render(self, contestant, seed, samples, label, reference=False):
         name = contestant.text
         self.asked.append((name, seed, samples))
         if self.fail.get(name) == (seed, samples):
@@ -203,7 +213,7 @@ def settings(tmp_path, **values):
     blend = tmp_path / "scene.blend"
     blend.write_bytes(b"BLENDER")
     given = {"size": (64, 36), "max_bounces": 0, "frames": None, "output": str(tmp_path / "out"), "time": 4.0}
-    given |= {"seeds": 3, "reference": "together", "reference_time": 400.0}
+    given |= {"lead": [], "denoise": False, "seeds": 3, "reference": "together", "reference_time": 400.0}
     return str(blend), types.SimpleNamespace(**(given | values))
 
 
@@ -283,6 +293,25 @@ def test_animation_has_a_curve_a_frame(core, tmp_path, fake):
     assert "frame 5, sampling alone" in page and page.count("<svg") == 6
 
 
+@pytest.mark.parametrize(
+    "given, reason",
+    [
+        (["--animation-from", "1"], "which --frame"),
+        (["--frame", "8", "--animation-from", "8"], "not before frame 8"),
+        (["--frame", "8", "--frames", "1-2"], "one of them"),
+        (["--frame", "soon"], "no frame"),
+    ],
+)
+def test_frames_that_make_no_animation(tmp_path, capsys, given, reason):
+    blend = tmp_path / "scene.blend"
+    blend.write_bytes(b"BLENDER")
+    try:
+        status = main(["bench", str(blend), "-o", str(tmp_path / "out"), *given])
+    except SystemExit as stopped:
+        status = stopped.code
+    assert status == 2 and reason in capsys.readouterr().err
+
+
 # Reports
 
 
@@ -307,6 +336,12 @@ def test_report_stands_alone_and_has_every_number(core, tmp_path, fake):
     assert "href=" not in page and str(tmp_path) not in page
     assert page.count("<svg") == 2 and page.count("<figure>") == 3
     assert len(facts["points"]["cycles"]["2"][0]) == 4
+    bars = facts["error_bars"]["cycles"][0]
+    assert [bar["samples"] for bar in bars] == [1, 2, 4, 8] and all(bar["seeds"] == 2 for bar in bars)
+    assert all(bar["least"] < bar["error"] < bar["largest"] for bar in bars)
+    assert page.count('class="bar"') == 2 * (6 + 4)
+    past = facts["comparisons"][0]["extrapolated"]
+    assert past["past"] > 2 and past["ratio"] > 1 and f"~{past['ratio']:.3g}x" in page
     assert facts["comparisons"][0]["result"]["spread"][0] > 1
     assert {"headwater", "cycles", "together"} == set(facts["references"])
 
@@ -407,10 +442,10 @@ def test_command_with_two_files_of_which_one_fails(tmp_path, monkeypatch, capsys
         (tmp_path / name).write_bytes(b"BLENDER")
 
     class Second(FakeEngines):
-        def render(self, contestant, seed, samples, label):
+        def render(self, contestant, seed, samples, label, reference=False):
             if self.bad:
                 raise UserError("'a.blend' by path: can't be read: not a .blend")
-            return super().render(contestant, seed, samples, label)
+            return super().render(contestant, seed, samples, label, reference)
 
         def __init__(self, file, args, frames, progress):
             super().__init__(file, args, frames, progress)

@@ -101,7 +101,9 @@ def test_animation_has_a_row_a_frame(lamps, tmp_path):
 def test_animation_keeps_cells_over_frames(lamps, tmp_path, core):
     """The pictures of a race are those of `headwater render --frames`, and the last one is not that of its frame alone:
     the second time round too, when the cells of the first are still there."""
-    args = types.SimpleNamespace(size=(32, 18), max_bounces=0, threads=2, device="", tracer="auto", timeout=200)
+    args = types.SimpleNamespace(
+        size=(32, 18), max_bounces=0, threads=2, device="", tracer="auto", timeout=200, lead=[], denoise=False
+    )
     grid = contestants.parse("wssr-grid", core)
     with Engines(lamps, args, range(1, 4), Progress(quiet=True)) as engines:
         first, costs = engines.render(grid, 5, 1, "")
@@ -116,6 +118,50 @@ def test_animation_keeps_cells_over_frames(lamps, tmp_path, core):
     for pictures in (first, again):
         assert all(np.array_equal(a, b) for a, b in zip(pictures, expected, strict=True))
     assert not np.array_equal(load_colour(str(tmp_path / "alone-3.exr")), expected[2])
+
+
+def test_a_late_frame_of_an_animation(lamps, tmp_path):
+    """The last frame alone is counted; the picture is that of the animation, with what cells learned before."""
+    out = tmp_path / "out"
+    options = ("--time", "0.001", "--reference-time", "0.1", "--seeds", "1", "--size", "32x18", "--threads", "2")
+    options = (*options, "--frame", "3", "--animation-from", "1", "--reference", "headwater")
+    done = bench(lamps, "-o", out, *options, "--integrators", "wssr-hash")
+    assert done.returncode == 0, done.stderr[-2000:]
+    facts = json.loads((out / "bench.json").read_text())
+    assert facts["run"]["settings"]["lead"] == [1, 2] and facts["files"][0]["frames"] == [3]
+    points = facts["files"][0]["points"]
+    ours, theirs = points["wssr-hash"]["1"][0][0], points["cycles"]["1"][0][0]
+    assert [frame for frame, _, _ in ours["lead"]] == [1, 2] and [frame for frame, _, _ in theirs["lead"]] == [2]
+    assert ours["seconds"] < sum(seconds for _, seconds, _ in ours["lead"])
+    assert "rendered from frame 1 on" in (out / "index.html").read_text()
+    assert "wssr-hash, frame 3" in done.stdout
+
+
+def test_late_frames_go_on_from_those_before(lamps, core):
+    args = types.SimpleNamespace(size=(32, 18), max_bounces=0, threads=2, device="", tracer="auto", timeout=200)
+    args.lead, args.denoise = [1, 2], False
+    ours = contestants.parse("wssr-hash", core)
+    with Engines(lamps, args, range(3, 4), Progress(quiet=True)) as engines:
+        (late,), _ = engines.render(ours, 5, 1, "")
+        (alone,), _ = engines.render(ours, 5, 1, "", reference=True)
+        (again,), _ = engines.render(ours, 5, 1, "")
+    with Engines(lamps, args, range(1, 4), Progress(quiet=True)) as engines:
+        (_, _, whole), _ = engines.render(ours, 5, 1, "", reference=True)
+    assert np.array_equal(late, again) and np.array_equal(late, whole)
+    assert not np.array_equal(late, alone)
+
+
+def test_denoised_pictures_are_nearer(lamps, tmp_path):
+    """By both engines; the reference stays as it was rendered."""
+    points = {}
+    for name, more in (("noisy", ()), ("denoised", ("--denoise",))):
+        options = ("--time", "0.001", "--reference-time", "2", "--seeds", "1", "--size", "64x36", "--threads", "2")
+        done = bench(lamps, "-o", tmp_path / name, *options, "--integrators", "path", *more)
+        assert done.returncode == 0, done.stderr[-2000:]
+        points[name] = json.loads((tmp_path / name / "bench.json").read_text())["files"][0]["points"]
+    for contestant in ("path", "cycles"):
+        noisy, denoised = (points[name][contestant]["1"][0][0]["errors"]["relmse_trimmed"] for name in points)
+        assert denoised < 0.6 * noisy, contestant
 
 
 def test_engine_that_can_not_open_the_file(tmp_path):
@@ -250,3 +296,47 @@ def test_scenes_have_their_lights_as_objects_and_as_instances(tmp_path):
     assert found["counts"] == expected
     assert found["moved"] == found["cars"][2] > 0 and found["cars"][3] >= 24
     assert found["bright"][0] > 1000
+
+
+_MOVES = """
+sys.path.insert(0, {scenes!r})
+import heads, make_benchmark, surfaces
+def few(scene, seed):
+    bpy.ops.mesh.primitive_cube_add()
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.camera.rotation_euler = (1.2, 0, 0)
+    scene.collection.objects.link(scene.camera)
+heads.objects = few
+surfaces.Images.__init__.__defaults__ = (16,)
+found = {{}}
+for moves in ("camera", "lights", "both"):
+    make_benchmark.make("heads", 24, (32, 18), 3, moves)
+    scene = bpy.context.scene
+    def places():
+        graph = bpy.context.evaluated_depsgraph_get()
+        return {{o.name: [round(x, 4) for x in o.evaluated_get(graph).matrix_world.translation] for o in scene.objects}}
+    frames = []
+    for frame in (1, 8, 15):
+        scene.frame_set(frame)
+        frames.append(places())
+    moved = [n for n in frames[0] if frames[0][n] != frames[1][n]]
+    even = all(abs(a + c - 2 * b) < 1e-3 for n in moved for a, b, c in zip(*(f[n] for f in frames)))
+    found[moves] = [sum(n.startswith("Area") for n in moved), "Camera" in moved, even, scene.frame_end]
+try:
+    make_benchmark.make("sky", 1, (32, 18), 3, "lights")
+    refused = ""
+except ValueError as error:
+    refused = str(error)
+show(found=found, refused=refused)
+"""
+
+
+def test_scenes_that_move(tmp_path):
+    """The camera, a tenth of the lights, or both, at one speed; where no light can move that is said."""
+    said = bpy_process.run(_MOVES.format(scenes=str(SCENES)), tmp_path, timeout=200)
+    assert said["found"] == {
+        "camera": [0, True, True, 48],
+        "lights": [3, False, True, 48],
+        "both": [3, True, True, 48],
+    }
+    assert "no light of its own" in said["refused"]

@@ -110,6 +110,13 @@ def seconds(text: str) -> float:
     return value
 
 
+def frame(text: str) -> int:
+    """The number of a frame."""
+    if not re.fullmatch(r"-?\d+", text) or abs(int(text)) > 1 << 20:
+        raise _bad(f"'{text}' is no frame")
+    return int(text)
+
+
 def size(text: str):
     """(width, height) from "1920x1080"."""
     match = re.fullmatch(r"(\d+)[xX](\d+)", text)

@@ -42,7 +42,9 @@ struct IntegratorContext {
   float pixel_size;                   // width of a pixel per metre of distance, or [m] where the camera is orthographic
   std::uint32_t width, height;        // of the region that is rendered, pixels
   int threads;                        // of the host, 0: all
-  std::uint64_t light_tree_revision;  // another when nodes of the tree are no longer what they were
+  std::uint64_t light_tree_revision;  // another when nodes of the tree no longer hold the same lights
+  std::uint64_t light_tree_fit;       // another when their bounds or power may have changed
+  float light_tree_unit;              // what a power of 1 stands for there [W sr^-1]
 };
 
 // The value of constant 0, the features.
@@ -60,6 +62,9 @@ class Integrator {
   virtual bool samples_are_independent() const { return true; }
   // Before the waves of a render: brings what is kept from the last frame to this one.
   virtual void begin_frame(Commands&) {}
+  // The seed of this frame's random numbers, of the one that was given. Another where what is kept from earlier frames
+  // decides how they are used, since it may have been learned from the very same numbers.
+  virtual std::uint32_t seed(std::uint32_t given) const { return given; }
   // Passes over the picture that must come before the first sample: they leave reservoirs, no light.
   virtual int preparations() const { return 0; }
   // How many pixels such a pass has one path for.

@@ -9,6 +9,7 @@
 #include <bit>
 #include <string>
 
+#include "lib/sampler.h"
 #include "stages/reuse_wave.h"
 
 namespace hw {
@@ -23,6 +24,8 @@ constexpr std::uint32_t kKeepPasses = 64;
 constexpr int kRounds = 4, kRoundsKept = 1;
 constexpr std::uint32_t kRoundPixels = 16;
 constexpr std::uint32_t kLearnEach = 8;
+constexpr float kGuessedResponse =
+    0.125f;                          // of a surface that nothing is known of: albedo over pi, half of it in shadow
 constexpr float kLeastSize = 1e-4f;  // of the scene's radius
 
 }  // namespace
@@ -35,6 +38,7 @@ WssrHashIntegrator::WssrHashIntegrator(const IntegratorContext& context)
       update_(context.kernels.get("light_cell_update", context.constants)),
       insert_(context.kernels.get("light_cell_insert", context.constants)),
       clear_(context.kernels.get("light_cell_clear", context.constants)),
+      refit_(context.kernels.get("light_cell_refit", context.constants)),
       stages_(context, LightSource::kCells) {
   const auto make = [&](std::uint64_t element, const char* label) {
     return std::make_unique<Buffer>(context.device, element * context.wave.capacity(), BufferUse::device, label);
@@ -55,8 +59,13 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
     store.light_cells =
         std::make_unique<LightCells>(context_.device, std::uint64_t(params_.reservoir_memory) * 1024 * 1024);
   }
+  const bool moved = keeps && store.light_cells->fit != context_.light_tree_fit;
   store.light_cells->tree = context_.light_tree_revision;
-  if (!keeps) store.light_cells->passes = 0;
+  store.light_cells->fit = context_.light_tree_fit;
+  const float unit_ratio = store.light_cells->unit / context_.light_tree_unit;
+  store.light_cells->unit = context_.light_tree_unit;
+  if (!keeps) store.light_cells->passes = store.light_cells->frames = 0;
+  if (keeps && !s.resume) ++store.light_cells->frames;
   preparations_ = s.resume ? 0 : keeps ? kRoundsKept : kRounds;
   begin_splitting(keeps);
 
@@ -71,13 +80,21 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   f.least_size = kLeastSize * context_.scene_radius;
   f.floor = kFloor;
   f.keep = kKeepPasses;
-  f.fixed_exponent = light_sum_exponent(context_.light_power);
+  f.unit = kGuessedResponse * context_.light_tree_unit;
   context_.wave.write_params(commands);
 
   commands.begin_stage("light cells");
   dispatch_all(commands, context_.device, clear_, cells().buckets(), keeps ? 0 : 1);
+  if (moved) dispatch_all(commands, context_.device, refit_, cells().count(), std::bit_cast<std::uint32_t>(unit_ratio));
   stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
   commands.flush();
+}
+
+// Animations mostly have one seed for all frames. Cells that knew what a sample's own numbers brought in the frame
+// before would favour it: that is a bias, however independent the samples of a frame are.
+std::uint32_t WssrHashIntegrator::seed(std::uint32_t given) const {
+  const std::uint32_t frames = context_.reservoirs.light_cells->frames;
+  return frames == 0 ? given : sampler_hash_combine(given, frames);
 }
 
 std::uint32_t WssrHashIntegrator::preparation_pixels() const { return kRoundPixels; }

@@ -21,6 +21,7 @@ class WssrHashIntegrator final : public Integrator {
   bool prepare(Commands& commands, int preparation) override;
   bool samples_are_independent() const override { return false; }
   void begin_frame(Commands& commands) override;
+  std::uint32_t seed(std::uint32_t given) const override;
   void end_pass(Commands& commands, int preparation) override;
 
  private:
@@ -39,6 +40,7 @@ class WssrHashIntegrator final : public Integrator {
   const Kernel& update_;
   const Kernel& insert_;
   const Kernel& clear_;
+  const Kernel& refit_;
   PathStages stages_;
 };
 

@@ -267,7 +267,8 @@ LightTreeBounds pack(const LightBounds& b, const LightTreeScale& scale) {
 }
 
 // Brings powers into range by one factor; nothing that emits may become unreachable beside something very strong.
-void scale_powers(std::span<Item> items, float scene_radius) {
+// Returns the unit.
+float scale_powers(std::span<Item> items, float scene_radius) {
   // By the mean intensity; without lights that have a place, by the mean irradiance over the scene's size.
   double local = 0, distant = 0;
   std::size_t locals = 0;
@@ -281,15 +282,16 @@ void scale_powers(std::span<Item> items, float scene_radius) {
   for (Item& i : items)
     i.bounds.power = static_cast<float>(
         std::clamp(i.bounds.power / std::max(mean, 1e-300), i.bounds.distant ? least_distant : 1e-5, 1e20));
+  return static_cast<float>(std::clamp(mean, 1e-30, 1e30));
 }
 
-// Bounds of `items`, whose lights are given.
-void measure(std::span<Item> items, const LightTreeInput& input, int threads) {
+// Bounds of `items`, whose lights are given. Returns the unit of their power.
+float measure(std::span<Item> items, const LightTreeInput& input, int threads) {
   in_parts(threads, 0, items.size(), [&](std::size_t begin, std::size_t end) {
     for (Item& i : items.subspan(begin, end - begin))
       i.bounds = light_bounds(input.lights[i.light], input.weights[i.light], input.scene_radius);
   });
-  scale_powers(items, input.scene_radius);
+  return scale_powers(items, input.scene_radius);
 }
 
 // Bounds of a subtree, and power by area of its inner nodes.
@@ -343,7 +345,7 @@ LightTree build_light_tree(const LightTreeInput& input) {
   for (std::size_t i = 0; i < input.lights.size(); ++i)
     if (input.weights[i] > 0) items.push_back({{}, static_cast<std::uint32_t>(i)});
   if (items.empty()) return tree;
-  measure(items, input, threads);
+  tree.unit = measure(items, input, threads);
   tree.nodes.resize(2 * items.size() - 1);
   Builder(items, tree.nodes).build(0, 0, items.size(), 1, 0, threads);
   tree.order.resize(items.size());
@@ -364,7 +366,7 @@ bool refit_light_tree(LightTree& tree, const LightTreeInput& input) {
   std::vector<Item> items;
   items.reserve(tree.order.size());
   for (const std::uint32_t light : tree.order) items.push_back({{}, light});
-  measure(items, input, threads);
+  tree.unit = measure(items, input, threads);
   tree.looseness = fit_all(tree, items, threads);
   return tree.looseness <= kLoosest * tree.built_looseness;
 }

@@ -22,8 +22,9 @@ struct LightTreeInput {
 // 2 n - 1 nodes and 8 bytes for each of the n lights of positive weight: 56 bytes a light. No lights: no nodes.
 struct LightTree {
   std::vector<LightTreeNode> nodes;
-  LightTreeScale scale{};               // of the nodes' places
-  std::vector<std::uint32_t> order;     // light at each position
+  LightTreeScale scale{};            // of the nodes' places
+  float unit = 1;                    // intensity [W sr^-1] that a power of 1 stands for; distant: irradiance [W m^-2]
+  std::vector<std::uint32_t> order;  // light at each position
   std::vector<std::uint32_t> position;  // of each light of the table; HW_NONE for those left out
   double looseness = 0;                 // area of boxes by the power in them, in the root's; grows as a refit tree ages
   double built_looseness = 0;           // as it was when the tree was built

@@ -99,6 +99,10 @@ class Tables {
   float light_power() const { return lights_->table.total_weight; }
   // Counts the light trees that were built: a refit one keeps its nodes' lights.
   std::uint64_t light_tree_revision() const { return lights_->tree_revision; }
+  // Counts its builds and refits: bounds and power of its nodes are what they were.
+  std::uint64_t light_tree_fit() const { return lights_->tree_fit; }
+  // What a power of 1 of its nodes stands for [W sr^-1].
+  float light_tree_unit() const { return lights_->tree.unit; }
   // HW_FEATURE_* that the world's program needs; 0 for a constant world.
   std::uint32_t world_features() const {
     return root_.world_material == HW_NONE ? 0 : material_features_[root_.world_material];
@@ -129,7 +133,7 @@ class Tables {
     bool wants_tree = false;
     bool tree_current = false;  // `tree` is of `table`
     LightTree tree;
-    std::uint64_t tree_revision = 0;
+    std::uint64_t tree_revision = 0, tree_fit = 0;
     LightSnapshot now, taken;  // of `table`, and as it was when changes were last taken
     bool noted = false;        // `now` is newer than `taken`
     std::uint64_t noted_images = 0;

@@ -229,6 +229,7 @@ void Tables::update_light_tree(bool rebuilt) {
     light_order_table_.assign(state.tree.order);
     light_position_table_.assign(state.tree.position);
   }
+  ++state.tree_fit;
   light_tree_table_.assign(state.tree.nodes);
   std::vector<LightTreeNode>().swap(state.tree.nodes);
   state.tree_current = true;

@@ -188,7 +188,9 @@ void RenderLoop::render() {
                                   film_.width(),
                                   film_.height(),
                                   context_.threads,
-                                  tables_.light_tree_revision()};
+                                  tables_.light_tree_revision(),
+                                  tables_.light_tree_fit(),
+                                  tables_.light_tree_unit()};
   // Buffers that integrators keep may be the ones that no longer fit in the device's memory window, which kernels that
   // are made already would look for them in.
   bool windowed;
@@ -256,8 +258,9 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
     p.wave_samples = per_wave;
     p.first_sample = settings_.first_sample + counts.samples;
     // Preparations draw other numbers than the sample they come before.
-    p.preparation_seed = settings_.seed ^ std::uint32_t(settings_.first_sample + preparation / 2);
-    p.seed = preparation < 0 ? settings_.seed : settings_.seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
+    const std::uint32_t seed = integrator.seed(settings_.seed);
+    p.preparation_seed = seed ^ std::uint32_t(settings_.first_sample + preparation / 2);
+    p.seed = preparation < 0 ? seed : seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
     wave.write_params(commands);
     if (preparation >= 0) {
       if (!integrator.prepare(commands, preparation)) return false;

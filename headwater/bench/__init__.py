@@ -9,12 +9,12 @@ import os
 import shlex
 import sys
 
-from headwater import __version__, interrupt
+from headwater import __version__, denoiser, interrupt
 from headwater.core import load
 from headwater.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, UserError, first_line
 from headwater.output import check_output
 from headwater.progress import Progress
-from headwater.render import BLEND, TRACERS, check_file, frames, natural, positive, seconds, size
+from headwater.render import BLEND, TRACERS, check_file, frame, frames, natural, positive, seconds, size
 
 REFERENCES = ("together", "headwater", "cycles", "own")
 
@@ -37,6 +37,9 @@ def add_arguments(parser) -> None:
     add("--size", type=size, metavar="WxH", help="default 640x360; with --gpu-report 1920x1080")
     add("--max-bounces", type=natural, default=0, metavar="N", help="0: direct light only (default)")
     add("--frames", type=frames, metavar="A-B", help="animation: what integrators keep goes from frame to frame")
+    add("--frame", type=frame, metavar="N", help="one frame, with what of the scene is kept from frame to frame")
+    add("--animation-from", type=frame, metavar="M", help="with --frame: after frames M to N-1, which are not counted")
+    add("--denoise", action="store_true", help="measure pictures after denoising, by the same denoiser for both")
     add(
         "--reference",
         choices=REFERENCES,
@@ -79,6 +82,9 @@ def _against(args) -> int:
         check_file(file)
         if not file.endswith(BLEND):
             raise UserError(f"'{file}' is not a .blend file", EXIT_USAGE)
+    _choose_frames(args)
+    if args.denoise and denoiser.unavailable():
+        raise UserError(f"--denoise: {denoiser.unavailable()}")
     core = load()
     args.size = args.size or (640, 360)
     args.reference_time = args.reference_time or 4 * args.time
@@ -118,6 +124,22 @@ def _against(args) -> int:
     if interrupt.requested():
         return EXIT_INTERRUPTED
     return EXIT_FAILED if failed else 0
+
+
+def _choose_frames(args) -> None:
+    """Of --frame and --animation-from: `frames` that are measured and those before them, `lead`."""
+    args.lead = []
+    if args.frame is None:
+        if args.animation_from is not None:
+            raise UserError("--animation-from: which --frame?", EXIT_USAGE)
+        return
+    if args.frames is not None:
+        raise UserError("--frame and --frames: one of them", EXIT_USAGE)
+    args.frames = range(args.frame, args.frame + 1)
+    if args.animation_from is not None:
+        if args.animation_from >= args.frame:
+            raise UserError(f"--animation-from {args.animation_from} is not before frame {args.frame}", EXIT_USAGE)
+        args.lead = list(range(args.animation_from, args.frame))
 
 
 def _device(core, args, racers) -> tuple[str, str]:

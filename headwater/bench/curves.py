@@ -94,6 +94,39 @@ def comparison(ours: list, theirs: list) -> dict | None:
     }
 
 
+@dataclass(frozen=True)
+class Beyond:
+    """What a line, not a render, says of an error of ours below all that the other was rendered to: the other's curve
+    carried on from its last point as that of independent samples, error by 1 / samples, at what its last samples cost.
+    `past`: how many times its last render that is."""
+
+    error: float
+    seconds: tuple  # ours, theirs
+    past: float
+
+    @property
+    def ratio(self) -> float:
+        return self.seconds[1] / self.seconds[0]
+
+
+def beyond(ours: list, theirs: list) -> Beyond | None:
+    """At the last point of ours; points are (seconds, error, samples) of growing samples. None where the other was
+    rendered as far, or to so few points that nothing says what a sample costs it."""
+    if not ours or len(theirs) < 2:
+        return None
+    seconds, error, _ = ours[-1]
+    (t0, _, n0), (t1, last, n1) = theirs[-2:]
+    if not 0 < error < last or not n1 > n0 or not t1 > t0:
+        return None
+    past = last / error
+    return Beyond(error, (seconds, t1 + (past - 1) * n1 * (t1 - t0) / (n1 - n0)), past)
+
+
+def shown_beyond(found: Beyond | None) -> str:
+    """As tables show it: "~43x at 0.0366 (cycles 21.8 times past its last render)" without the name."""
+    return "" if found is None else f"~{found.ratio:.3g}x at {found.error:.3g}, {found.past:.3g} times past its last"
+
+
 def shown(found: dict | None) -> str:
     """A comparison as tables show it: "12.3x (10.1 to 14.0)", "> 50x" where it is a bound."""
     if found is None or found["bound"] == "none":

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from headwater.bench import reference
-from headwater.bench.curves import comparison, median_curve
+from headwater.bench.curves import beyond, comparison, median_curve
 from headwater.bench.engines import Engines, Stopped
 from headwater.errors import UserError
 from headwater.metrics import error_metrics
@@ -26,6 +26,7 @@ class Point:
     sync_build_seconds: float
     cpu_seconds: float  # of all threads and everything
     errors: dict  # metrics.error_metrics
+    lead: list = field(default_factory=list)  # frames before it: [frame, seconds, those of sync and build]
 
 
 @dataclass
@@ -54,6 +55,34 @@ class Measured:
     def median(self, name: str, time: str, frame: int = -1) -> list:
         """The median curve over seeds."""
         return median_curve([curve for curve in self.curves(name, time, frame) if curve])
+
+    def median_points(self, name: str, time: str, frame: int = -1) -> list:
+        """(seconds, error, samples): medians over seeds by samples."""
+        by_samples = {}
+        for frames in self.points.get(name, {}).values():
+            for p in frames[frame] if frames else []:
+                by_samples.setdefault(p.samples, []).append((getattr(p, time), p.errors["relmse_trimmed"]))
+        return [
+            (*(float(np.median(v)) for v in zip(*found, strict=True)), n) for n, found in sorted(by_samples.items())
+        ]
+
+    def bars(self, name: str, frame: int = -1) -> list:
+        """Of each sample count over seeds: samples, median seconds, and the median, least and largest error."""
+        rows = []
+        for seconds, error, samples in self.median_points(name, WITH_SYNC, frame):
+            all_ = [
+                p.errors["relmse_trimmed"]
+                for frames in self.points[name].values()
+                for p in frames[frame]
+                if p.samples == samples
+            ]
+            facts = {"samples": samples, "seconds": seconds, "error": error, "seeds": len(all_)}
+            rows.append(facts | {"least": min(all_), "largest": max(all_)})
+        return rows
+
+    def beyond(self, name: str, other: str, time: str, frame: int = -1):
+        """beyond() of two contestants' medians."""
+        return beyond(self.median_points(name, time, frame), self.median_points(other, time, frame))
 
     def against(self, name: str, other: str, time: str, frame: int = -1) -> dict | None:
         """comparison() of two contestants."""
@@ -160,7 +189,7 @@ def _keep(found, args, contestant, seed, samples, pictures, costs) -> None:
         except ValueError as error:
             raise UserError(f"'{os.path.basename(found.file)}' by {contestant.text}: {error}") from error
         times = {name: cost[name] for name in (WITH_SYNC, SAMPLING, "sync_build_seconds", CPU)}
-        points.append(Point(samples, errors=errors, **times))
+        points.append(Point(samples, errors=errors, lead=cost.get("lead", []), **times))
     if seed == 1:
         found.pictures[contestant.text, samples] = np.asarray(pictures[-1], np.float32)
 

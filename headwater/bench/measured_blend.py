@@ -64,7 +64,8 @@ class MeasuredBlend:
     """An opened .blend, its scene and, for Headwater, what the add-on says of each picture (`facts`).
 
     job: file, engine ("headwater" or "cycles"), size, bounces (the core's setting -> limit), threads, device, tracer,
-    persistent. Cycles has its light tree; both are without denoising, adaptive sampling and clamping.
+    persistent, passes (default: Combined). Cycles has its light tree; both are without denoising, adaptive sampling and
+    clamping.
     """
 
     def __init__(self, job: dict):
@@ -107,7 +108,7 @@ class MeasuredBlend:
             bounces=job["bounces"],
             threads=job["threads"],
             no_clamp=True,
-            passes=["Combined"],
+            passes=job.get("passes", ["Combined"]),
             **values,
         )
         persistent = self.scene.render.use_persistent_data

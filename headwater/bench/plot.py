@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A log-log plot of curves as SVG text: each contestant's seeds faint, their median strong."""
+"""A log-log plot of curves as SVG text: each contestant's seeds faint, their median strong, with bars
+from the least to the largest of them."""
 
 import html
 import math
@@ -33,6 +34,7 @@ def log_log(title: str, x_label: str, y_label: str, series: list) -> str:
         for curve in seeds:
             text.append(_line(curve, x, y, colour, 1, 0.3))
         text.append(_line(median, x, y, colour, 2.5, 1.0))
+        text += [_bar(at, [c[i][1] for c in seeds if len(c) > i], x, y, colour) for i, (at, _) in enumerate(median)]
         text += [f'<circle cx="{x(a):.1f}" cy="{y(b):.1f}" r="3.5" fill="{colour}"/>' for a, b in median]
         row = _TOP + 18 + 17 * number
         text.append(f'<text x="{_WIDTH - _RIGHT - 8}" y="{row}" text-anchor="end" fill="{colour}">')
@@ -49,6 +51,15 @@ def _line(curve, x, y, colour, width, opacity) -> str:
     return (
         f'<path d="M{path}" fill="none" stroke="{colour}" stroke-width="{width}" opacity="{opacity}"/>' if path else ""
     )
+
+
+def _bar(at, errors, x, y, colour) -> str:
+    """From the least to the largest of several seeds' errors."""
+    if len(errors) < 2:
+        return ""
+    left, low, high = x(at), y(min(errors)), y(max(errors))
+    path = f"M{left:.1f} {low:.1f}V{high:.1f}M{left - 4:.1f} {low:.1f}h8M{left - 4:.1f} {high:.1f}h8"
+    return f'<path class="bar" d="{path}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
 
 
 class _Axis:

@@ -52,7 +52,9 @@ def make(engines, contestant: Contestant, seconds: float, folder: str, key: str,
     samples = _samples(engines, contestant, seconds / PARTS, label)
     halves, spent = [0.0, 0.0], 0.0
     for part in range(PARTS):
-        pictures, costs = engines.render(contestant, SEEDS + part, samples, f"{label} {part + 1}/{PARTS}")
+        pictures, costs = engines.render(
+            contestant, SEEDS + part, samples, f"{label} {part + 1}/{PARTS}", reference=True
+        )
         stack = np.stack(pictures).astype(np.float64)
         stack[~np.isfinite(stack)] = 0.0
         halves[part % 2] = halves[part % 2] + stack / (PARTS // 2)
@@ -77,7 +79,9 @@ def _samples(engines, contestant, seconds: float, label: str) -> int:
     """Samples that take about this long: counts grow until a render takes a fair part of it."""
     samples = 1
     while True:
-        _, costs = engines.render(contestant, SEEDS - 1, samples, f"{label}, {samples} samples to see its pace")
+        _, costs = engines.render(
+            contestant, SEEDS - 1, samples, f"{label}, {samples} samples to see its pace", reference=True
+        )
         longest = max(cost["sampling_seconds"] for cost in costs)
         if longest > seconds / 8 or samples >= 1 << 20:
             return max(1, int(samples * seconds / max(longest, 1e-6)))

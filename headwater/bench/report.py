@@ -9,7 +9,7 @@ import tempfile
 
 import numpy as np
 
-from headwater.bench.curves import shown
+from headwater.bench.curves import shown, shown_beyond
 from headwater.bench.measure import CPU, SAMPLING, WITH_SYNC, Measured, chosen_reference, disagreement_line
 from headwater.bench.plot import COLOURS, log_log
 from headwater.figures.display import exposure_of, tone_map
@@ -49,6 +49,7 @@ def as_json(found: Measured, against: str) -> dict:
             }
             for name, by_seed in found.points.items()
         },
+        "error_bars": {name: [found.bars(name, index) for index in range(len(found.frames))] for name in found.points},
         "against": against,
         "comparisons": comparisons(found, against),
     }
@@ -63,14 +64,16 @@ def comparisons(found: Measured, against: str) -> list:
         for index, frame in enumerate(found.frames):
             for time in _TIMES:
                 result = found.against(contestant.text, against, time, index)
-                rows.append({"contestant": contestant.text, "frame": frame, "time": time, "result": result})
+                past = found.beyond(contestant.text, against, time, index)
+                facts = {"contestant": contestant.text, "frame": frame, "time": time, "result": result}
+                rows.append(facts | {"extrapolated": vars(past) | {"ratio": past.ratio} if past else None})
     return rows
 
 
 def table(found: Measured, against: str) -> list:
     """Rows of text: a contestant and frame a row, the first row a header."""
     rows = [["", "s at equal error", against, f"faster than {against}", "sampling alone", "in CPU s", "error"]]
-    rows[0].append("sync + build s")
+    rows[0] += ["sync + build s", "extrapolated by 1/n"]
     by_key = {(r["contestant"], r["frame"], r["time"]): r["result"] for r in comparisons(found, against)}
     for contestant in found.contestants:
         for index, frame in enumerate(found.frames):
@@ -79,12 +82,13 @@ def table(found: Measured, against: str) -> list:
             if contestant.text == against:
                 best = found.median(against, WITH_SYNC, index)
                 error = f"{min(e for _, e in best):.3g}" if best else "n/a"
-                rows.append([name, "", "", "", "", "", f"{error} at last", sync])
+                rows.append([name, "", "", "", "", "", f"{error} at last", sync, ""])
                 continue
             whole, alone, cpu = (by_key[contestant.text, frame, time] for time in _TIMES)
             seconds = [f"{s:.3g}" for s in whole["seconds"]] if whole else ["n/a", "n/a"]
             error = f"{whole['error']:.3g}" if whole else "n/a"
-            rows.append([name, *seconds, shown(whole), shown(alone), shown(cpu), error, sync])
+            past = shown_beyond(found.beyond(contestant.text, against, WITH_SYNC, index))
+            rows.append([name, *seconds, shown(whole), shown(alone), shown(cpu), error, sync, past])
     return rows
 
 
@@ -105,12 +109,27 @@ def write_report(folder: str, run: dict, results: list, against: str) -> None:
         f"<p>{size[0]} x {size[1]} pixels, {'direct light only' if not bounces else f'{bounces} bounces'}, "
         f"{run['settings']['threads'] or run['machine']['cores']} threads, {run['settings']['seeds']} seeds, "
         f"{_e(run['machine']['cpu'])}, device {_e(run['device'])}, tracer {_e(run['tracer'])}, "
-        f"Headwater {_e(run['headwater'])}. Error: relMSE without the worst 0.1 % of pixels. Times of both engines are "
+        f"Headwater {_e(run['headwater'])}. {_what(run['settings'])}"
+        "Error: relMSE without the worst 0.1 % of pixels. Times of both engines are "
         "of one run, in turns; their ratios count, not the seconds.</p>"
     )
     parts.append(f"<p><code>{_e(run['command'])}</code></p>")
     parts += [_file(found, run, against) for found in results]
     write_text(os.path.join(folder, "index.html"), "\n".join(parts) + "\n")
+
+
+def _what(settings: dict) -> str:
+    """What is rendered, where it is no still as it comes out of the renderer."""
+    said = ""
+    if settings.get("lead"):
+        first = settings["lead"][0]
+        said += (
+            f"Frame {settings['frame']} of an animation rendered from frame {first} on, of which only it is counted: "
+        )
+        said += "its seconds, those of bringing the scene from the frame before to it included. "
+    if settings.get("denoise"):
+        said += "Pictures are denoised before they are measured, all by the same denoiser, whose time is left out. "
+    return said
 
 
 def _e(text) -> str:
@@ -132,7 +151,11 @@ def _file(found: Measured, run: dict, against: str) -> str:
     head, *rows = table(found, against)
     out.append("<table><tr>" + "".join(f"<th>{_e(cell)}" for cell in head))
     out += ["<tr>" + "".join(f"<td>{_e(cell)}" for cell in row) for row in rows]
-    out.append("</table><p>n/a, &gt; and &lt;: the curves do not overlap in error, or only in part.</p>")
+    out.append(
+        "</table><p>n/a, &gt; and &lt;: the curves do not overlap in error, or only in part. "
+        "<i>Extrapolated</i>: at the last error of ours, below all that the other was rendered to; its line is carried "
+        "on by error &prop; 1 / samples. No render says so. Bars: the least and the largest of the seeds.</p>"
+    )
     for index, frame in enumerate(found.frames):
         out.append("<div class=row>")
         for time, title in _PLOTS:

@@ -4,8 +4,9 @@
     python -m headwater.bench.worker
 
 The first line on stdin is the job of measured_blend.py; every further one {"contestant", "seed", "samples", "frames",
-"output"} asks for a render of each frame in order, into the pattern `output`. Each is answered by one line on stdout:
-{"renders": [...]} with what each frame cost, or {"error"}.
+"output", "lead", "lead_samples"} asks for a render of each frame in order, into the pattern `output`, after those of
+`lead`. Each is answered by one line on stdout: {"renders": [...]} with what each frame cost, or {"error"}. "lead" of a
+cost is what the frames before it cost: lists of [frame, seconds, seconds of synchronizing and building].
 """
 
 import json
@@ -49,9 +50,15 @@ def render(blend: MeasuredBlend, job: dict, question: dict) -> dict:
     scene = blend.scene
     if blend.engine == "cycles":
         scene.cycles.use_light_tree = wanted["light_tree"]
-    frames = question["frames"]
-    scene.frame_step = frames[1] - frames[0] if len(frames) > 1 else 1
+    frames, lead = question["frames"], question["lead"]
+    order = [*lead, *frames]
+    scene.frame_step = order[1] - order[0] if len(order) > 1 else 1
     first = len(blend.clock.frames)
+    blend.set_samples(question["lead_samples"] if lead else question["samples"])
+    for frame in lead:
+        scene.frame_set(frame)
+        blend.render()
+    blend.set_samples(question["samples"])
     for frame in frames:
         if scene.frame_current != frame:
             scene.frame_set(frame)
@@ -59,8 +66,9 @@ def render(blend: MeasuredBlend, job: dict, question: dict) -> dict:
         blend.render(write_still=True)
         if not os.path.exists(scene.render.filepath):
             raise UserError("the picture could not be written")
-    renders = [_cost(blend.engine, marks, facts) for marks, facts in blend.pairs()[first:]]
-    return {"renders": renders}
+    costs = [_cost(blend.engine, marks, facts) for marks, facts in blend.pairs()[first:]]
+    before = [[f, c["seconds"], c["sync_build_seconds"]] for f, c in zip(lead, costs[: len(lead)], strict=True)]
+    return {"renders": [cost | {"lead": before} for cost in costs[len(lead) :]]}
 
 
 def _forget(own) -> None:

@@ -3,6 +3,7 @@
 
 import math
 
+import animation
 import bpy
 import numpy as np
 import spread
@@ -10,7 +11,6 @@ import streets
 import surfaces
 from mathutils import Matrix
 
-FRAMES = 48
 LAMPS = 4  # of a car: two headlamps, two tail lamps
 
 
@@ -21,7 +21,7 @@ def build(scene, lights: int, seed: int) -> None:
     """
     rng = np.random.default_rng(seed)
     extent = streets.town(scene, rng)
-    scene.frame_end = FRAMES
+    scene.frame_end = animation.FRAMES
     cars = lights // (2 * LAMPS)
     power, size = 1000 / max(lights, 1), min(1.0, math.sqrt(1000 / max(lights, 1)))
     posts = lights - LAMPS * cars
@@ -61,11 +61,11 @@ def _traffic(scene, cars: int, rng, extent: float, power: float, size: float) ->
             continue
         mover = bpy.data.objects.new("Lane", None)
         scene.collection.objects.link(mover)
-        for frame in (1, FRAMES):
+        for frame in (1, animation.FRAMES):
             travelled = way * speed * (frame - 1) / scene.render.fps
             mover.location = (travelled, 0, 0) if axis == 0 else (0, travelled, 0)
             mover.keyframe_insert("location", frame=frame)
-        _linear(mover)
+        animation.linear(mover)
         across = (street - streets.BLOCKS / 2) * streets.STEP - (side[mine] * way if axis == 0 else -side[mine] * way)
         if axis == 0:
             places = np.column_stack([along[mine] - extent / 2, across + extent / 2, np.zeros(mine.sum())])
@@ -74,19 +74,6 @@ def _traffic(scene, cars: int, rng, extent: float, power: float, size: float) ->
         turn = Matrix.Rotation(math.pi / 2 * axis + (math.pi if way < 0 else 0.0), 4, "Z")
         things = [[(data, turn @ matrix) for data, matrix in kind] for kind in parts]
         spread.spread(scene, "Car", things, paint_of[mine], places, mover, count=cars * (1 + LAMPS))
-
-
-def _linear(mover) -> None:
-    """Makes it move at one speed, before the first key and after the last one too."""
-    action = mover.animation_data.action
-    if hasattr(action, "layers") and len(action.layers):  # Blender 4.4
-        curves = action.layers[0].strips[0].channelbag(mover.animation_data.action_slot).fcurves
-    else:
-        curves = action.fcurves
-    for curve in curves:
-        curve.extrapolation = "LINEAR"
-        for point in curve.keyframe_points:
-            point.interpolation = "LINEAR"
 
 
 def _parts(paints, power: float, size: float) -> list:

@@ -16,8 +16,9 @@
 | neon    | neon tubes over a glossy street                           | 200     |
 
 Up to 10^6 lights: above 10,000 they are instances (spread.py). Runs in bpy. Everything, pictures too, is made here and
-packed. The same arguments make the same scene. But for the city's 48 frames, frame 2 differs from frame 1 in the place
-of one object (keyframes), to measure what a small change costs.
+packed. The same arguments make the same scene. With --animate there are 48 frames in which the camera walks, every
+tenth light drifts off, or both; the city's cars always drive. Elsewhere frame 2 differs from frame 1 in the place of
+one object (keyframes), to measure what a small change costs.
 """
 
 import argparse
@@ -29,6 +30,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import animation
 import city
 import heads
 import neon
@@ -49,7 +51,7 @@ KINDS = {
 }
 
 
-def make(kind: str, lights: int | None = None, size=(640, 360), seed: int = 1) -> None:
+def make(kind: str, lights: int | None = None, size=(640, 360), seed: int = 1, moves: str = "") -> None:
     """Builds a scene in an empty bpy session."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -59,6 +61,8 @@ def make(kind: str, lights: int | None = None, size=(640, 360), seed: int = 1) -
     scene.frame_start, scene.frame_end = 1, 2
     build, default = KINDS[kind]
     build(scene, default if lights is None else lights, seed)
+    if moves:
+        animation.animate(scene, moves, seed)
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.sample_clamp_indirect = 0.0
     if scene.frame_end == 2:
@@ -82,6 +86,7 @@ def main() -> int:
     parser.add_argument("--lights", type=int, metavar="N", help="what they are: see the table in this file")
     parser.add_argument("--size", default="640x360", metavar="WxH")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--animate", choices=("camera", "lights", "both"), default="", help="48 frames: what moves")
     args = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else None)
     if args.lights is not None and args.lights < 0:
         parser.error("--lights must not be negative")
@@ -90,7 +95,10 @@ def main() -> int:
     except ValueError:
         parser.error(f"'{args.size}' is no size WxH")
     started = time.perf_counter()
-    make(args.kind, args.lights, (width, height), args.seed)
+    try:
+        make(args.kind, args.lights, (width, height), args.seed, args.animate)
+    except ValueError as error:
+        parser.error(str(error))
     output = Path(args.output).resolve()
     output.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(output), compress=True)

@@ -5,6 +5,7 @@
 #ifndef HW_LIGHT_CELL_CUT_GLSL
 #define HW_LIGHT_CELL_CUT_GLSL
 #include "light_cells.glsl"
+#include "reservoir_race.h"
 
 const float HW_LIGHT_CELL_DOUBT = 4.0;  // light samples that count as much as the mean of the cell
 
@@ -105,12 +106,13 @@ uint light_cell_begin(LightCellArray cells, uint cell) {
 // little is known, and never below `floor` of it. `total`: light in all; `asked`: importance in all.
 void light_cell_weigh(LightCellArray cells, uint cell, uint slots, float floor, float total, float asked) {
   float evidence = cells.at[cell].evidence;
-  float mean = total > 0.0 && asked > 0.0 ? total / asked : 1.0;
+  float mean = total > 0.0 && asked > 0.0 ? total / asked : HW_CELLS.unit;
   float doubt = evidence > 0.0 ? HW_LIGHT_CELL_DOUBT * asked / evidence : 1.0;
   for (uint k = 0u; k < slots; ++k) {
     LightTreeBounds bounds = light_tree_bounds(HW_ROOT.light_tree, cells.at[cell].node[k]);
     float light = cells.at[cell].left[k] + cells.at[cell].right[k];
-    float response = max((light + doubt * mean) / (cells.at[cell].asked[k] + doubt), floor * mean);
+    float response = (light + doubt * mean) / (cells.at[cell].asked[k] + doubt);
+    response = response > floor * mean ? response : floor * mean;  // of two zeros too
     // As the slot can hold it, so that what is asked of the node is counted exactly.
     float power = light_tree_power(bounds);
     bounds = light_tree_with_power(bounds, clamp(power * response, 1e-30, 1e30));
@@ -118,5 +120,13 @@ void light_cell_weigh(LightCellArray cells, uint cell, uint slots, float floor, 
     cells.at[cell].slot[k] = bounds;
   }
   for (uint k = slots; k < HW_LIGHT_CELL_SLOTS; ++k) cells.at[cell].slot[k] = LightTreeBounds(0u, 0u, 0u, 0u);
+}
+
+// The exponent of a cell's sums by what is to be expected at its middle.
+int light_cell_scale(LightCellArray cells, uint cell, uint slots) {
+  float expected = 0.0;
+  for (uint k = 0u; k < slots; ++k)
+    expected += light_cell_importance(cells, cell, cells.at[cell].node[k]) * cells.at[cell].response[k];
+  return fixed_exponent(expected);
 }
 #endif

@@ -40,7 +40,7 @@ void light_cell_enter(uint path, PathState state, SurfacePoint point, uint sampl
     light_cell_all += light_cell_expected(light_cell_here, k, light_cell_receiver);
     light_cell_upto[k] = light_cell_all;
   }
-  light_cell_expects = fixed_from_float(light_cell_all / float(samples), HW_CELLS.fixed_exponent);
+  light_cell_expects = fixed_from_float(light_cell_all / float(samples), cells.at[light_cell_here].exponent);
 }
 
 // A light with u in [0, 1): its index, its probability, and the slot it is in; HW_NONE with pdf 0: none. Without a cell it
@@ -58,9 +58,9 @@ uint light_cell_draw(float u, out float pdf, out uint slot) {
   }
   float expected = above - below;
   uint node = 0u;
-  if (known) {
+  if (known && expected > 0.0) {  // else no light can reach here, and `slot` may be none of the cell's
     LightCellArray cells = LightCellArray(HW_CELLS.cells);
-    if (expected > 0.0) atomicAdd(cells.at[light_cell_here].sum_expected[slot], light_cell_expects);
+    atomicAdd(cells.at[light_cell_here].sum_expected[slot], light_cell_expects);
     node = light_cell_uint(light_cell_here, HW_LIGHT_CELL_UINT_NODE + slot);
     u = clamp((at - below) / max(expected, 1e-30), 0.0, 0.99999994);
   }

@@ -18,7 +18,7 @@ void light_cell_learn(uint cell, ShadowState shadow) {
   uint place = uint_at(HW_ROOT.light_position, shadow.light);
   uvec2 links = light_tree_links(HW_ROOT.light_tree, light_cell_uint(cell, HW_LIGHT_CELL_UINT_NODE + shadow.slot));
   bool right = links.x != HW_NONE && place >= links.y;
-  uint64_t units = fixed_from_float(light, HW_CELLS.fixed_exponent);
+  uint64_t units = fixed_from_float(light, cells.at[cell].exponent);
   if (right) {
     atomicAdd(cells.at[cell].sum_right[shadow.slot], units);
   } else {

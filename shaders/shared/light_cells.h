@@ -33,8 +33,10 @@ struct LightCell {
   float evidence;             // light samples that its knowledge comes from, old ones counting less
   float mean;                 // light of one sample, in the mean
   vec3 center;                // world space
+  int exponent;               // of the sums' scale: about what one light sample brings
+  uint pad;
 };
-HW_CONST uint HW_LIGHT_CELL_BYTES = 2080u;
+HW_CONST uint HW_LIGHT_CELL_BYTES = 2088u;
 HW_CHECK_SIZE(LightCell, HW_LIGHT_CELL_BYTES)
 HW_CHECK_OFFSET(LightCell, slot, 0u)
 // Where stages that draw from cells find members: index of the 32-bit number.
@@ -72,7 +74,7 @@ struct LightCellFrame {
   float least_size;  // [m]
   float floor;       // of a node's response, over the cell's mean: what seems dark is looked at now and then
   uint keep;         // passes that a cell nobody looks up stays
-  int fixed_exponent;
+  float unit;        // light that a surface of middling albedo sends on of an importance of 1: a first guess
   uint pad;
 };
 HW_CHECK_SIZE(LightCellFrame, 80)

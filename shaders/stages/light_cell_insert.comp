@@ -33,4 +33,5 @@ void main() {
   uint slots = light_cell_begin(cells, place);
   cells.at[place].slots = slots;
   light_cell_weigh(cells, place, slots, 0.0, 0.0, 0.0);
+  cells.at[place].exponent = light_cell_scale(cells, place, slots);
 }

@@ -24,10 +24,11 @@ void main() {
   float kept = min(1.0, HW_LIGHT_CELL_MEMORY / evidence);
   evidence *= kept;
   float total = 0.0, asked = 0.0;
+  int exponent = cells.at[cell].exponent;
   for (uint k = 0u; k < slots; ++k) {
-    float left = cells.at[cell].left[k] + fixed_to_float(cells.at[cell].sum_left[k], HW_CELLS.fixed_exponent);
-    float right = cells.at[cell].right[k] + fixed_to_float(cells.at[cell].sum_right[k], HW_CELLS.fixed_exponent);
-    float now = fixed_to_float(cells.at[cell].sum_expected[k], HW_CELLS.fixed_exponent) / cells.at[cell].response[k];
+    float left = cells.at[cell].left[k] + fixed_to_float(cells.at[cell].sum_left[k], exponent);
+    float right = cells.at[cell].right[k] + fixed_to_float(cells.at[cell].sum_right[k], exponent);
+    float now = fixed_to_float(cells.at[cell].sum_expected[k], exponent) / cells.at[cell].response[k];
     cells.at[cell].left[k] = left * kept;
     cells.at[cell].right[k] = right * kept;
     cells.at[cell].asked[k] = (cells.at[cell].asked[k] + now) * kept;
@@ -39,6 +40,7 @@ void main() {
   }
   cells.at[cell].evidence = evidence;
   cells.at[cell].mean = total / evidence;
+  if (total > 0.0) cells.at[cell].exponent = fixed_exponent(total / evidence);
 
   for (uint change = 0u; change < HW_LIGHT_CELL_CHANGES && total > 0.0; ++change) {
     // The brightest part that is no single light yet, and the darkest pair that one node could stand for.
