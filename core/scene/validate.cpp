@@ -78,6 +78,13 @@ float* editable(std::span<const float>& array, std::vector<float>& own) {
   return own.data();
 }
 
+// Whether the array is 0, 1, 2, ... and not empty.
+bool in_order(std::span<const std::uint32_t> values) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i] != i) return false;
+  return !values.empty();
+}
+
 // Corners whose normal can't be used get the geometric normal of a triangle that has them.
 void repair_normals(MeshArrays& mesh, std::vector<float>& own) {
   const float* given = mesh.normals.data();
@@ -215,6 +222,11 @@ MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays) {
   check_attributes(label, mesh, arrays, vertices, triangles, corners);
 
   MeshSummary summary;
+  summary.corners_in_order = in_order(arrays.tri_corners);
+  if (summary.corners_in_order) {
+    arrays.tri_corners = {};
+    std::vector<std::uint32_t>().swap(mesh.tri_corners);
+  }
   summary.vertex_count = static_cast<std::uint32_t>(vertices);
   summary.triangle_count = static_cast<std::uint32_t>(triangles);
   for (std::uint8_t slot : arrays.tri_slots) summary.max_slot = std::max<std::uint32_t>(summary.max_slot, slot);
