@@ -106,10 +106,11 @@ void EmbreeScene::check(const std::string& what) const {
 
 void EmbreeScene::set_mesh(std::uint64_t id, const TraceMesh& source) {
   const std::size_t vertices = source.positions.size() / 3;
-  for (const std::uint32_t index : source.indices)
-    if (index >= vertices)
-      throw std::runtime_error("Mesh \"" + source.name + "\" has a triangle of vertex " + std::to_string(index) +
-                               ", but only " + std::to_string(vertices) + " vertices.");
+  std::uint32_t largest = 0;
+  for (const std::uint32_t index : source.indices) largest = std::max(largest, index);
+  if (!source.indices.empty() && largest >= vertices)
+    throw std::runtime_error("Mesh \"" + source.name + "\" has a triangle of vertex " + std::to_string(largest) +
+                             ", but only " + std::to_string(vertices) + " vertices.");
   Mesh& mesh = meshes_[id];
   mesh.source = source;
   mesh.version = ++versions_;

@@ -57,7 +57,9 @@ _LARGEST = 3.402823e38
 
 def _finite(x: float) -> float:
     """x, which a float32 can hold; what is no number becomes 0 (a constant must not poison a picture)."""
-    return max(min(x, _LARGEST), -_LARGEST) if x == x else 0.0
+    if -_LARGEST <= x <= _LARGEST:
+        return x
+    return 0.0 if x != x else _LARGEST if x > 0 else -_LARGEST
 
 
 class Graph:
@@ -78,10 +80,9 @@ class Graph:
 
     def const(self, x: float, y: float | None = None, z: float | None = None) -> Expr:
         """A constant; one number fills all components."""
-        if y is None:
-            y = z = x
-        # As float32 holds them, and their bits, which tell 0 from -0.
-        bits = _VECTOR.pack(_finite(x), _finite(y), _finite(z))
+        x = _finite(x)
+        # As float32 holds them; the bits tell 0 from -0.
+        bits = _VECTOR.pack(x, x, x) if y is None else _VECTOR.pack(x, _finite(y), _finite(z))
         found = self._known.get(bits)
         if found is None:
             found = self._known[bits] = Expr(None, value=_VECTOR.unpack(bits))
