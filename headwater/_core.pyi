@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Types of headwater._core, made by nanobind.stubgen from core/python: python -m nanobind.stubgen -m headwater._core
+
 """
 Headwater's core: scene edits, rendering on a Vulkan device, pixels out.
 
@@ -8,6 +9,7 @@ Rec. 709. Images and pixels have their bottom row first. Arrays are C-contiguous
 """
 
 from collections.abc import Sequence
+
 
 class SceneError(ValueError):
     """
@@ -34,20 +36,8 @@ class Scene:
     """
 
     def __init__(self) -> None: ...
-    def upsert_mesh(
-        self,
-        id: int,
-        name: str,
-        positions: object,
-        tri_vertices: object,
-        *,
-        tri_corners: object | None = None,
-        normals: object | None = None,
-        tri_slots: object | None = None,
-        attributes: object | None = None,
-        default_uv: int = -1,
-        lend: bool = False,
-    ) -> None:
+
+    def upsert_mesh(self, id: int, name: str, positions: object, tri_vertices: object, *, tri_corners: object | None = None, normals: object | None = None, tri_slots: object | None = None, attributes: object | None = None, default_uv: int = -1, lend: bool = False) -> None:
         """
         Sets a mesh, in object space.
 
@@ -64,28 +54,18 @@ class Scene:
             on a device that shares the host's memory, or is set or removed.
         """
 
+    def keep_lent(self) -> None:
+        """
+        Copies the arrays that meshes were lent and that are not on a device yet: they may then be written to and freed.
+        """
+
     def remove_mesh(self, id: int) -> None:
         """Removes a mesh. SceneError while an instance uses it."""
 
     def has_mesh(self, id: int) -> bool:
         """Whether there is a mesh of this id."""
 
-    def upsert_instance(
-        self,
-        id: int,
-        mesh: int,
-        matrix: object,
-        *,
-        name: str = "",
-        materials: Sequence[int] = [],
-        visibility: int | None = None,
-        object_index: int = 0,
-        random_id: int = 0,
-        flags: int = 0,
-        color: Sequence[float] = [1.0, 1.0, 1.0],
-        shadow_terminator_offset: float = 0.10000000149011612,
-        moves: bool = False,
-    ) -> None:
+    def upsert_instance(self, id: int, mesh: int, matrix: object, *, name: str = '', materials: Sequence[int] = [], visibility: int | None = None, object_index: int = 0, random_id: int = 0, flags: int = 0, color: Sequence[float] = [1.0, 1.0, 1.0], shadow_terminator_offset: float = 0.10000000149011612, moves: bool = False) -> None:
         """
         Sets an instance of a mesh.
 
@@ -97,23 +77,7 @@ class Scene:
         moves: a hint that it moves between frames. Its last frame's place is kept for motion vectors.
         """
 
-    def upsert_instances(
-        self,
-        first_id: int,
-        mesh: int,
-        matrices: object,
-        *,
-        random_ids: object | None = None,
-        name: str = "",
-        materials: Sequence[int] = [],
-        visibility: int | None = None,
-        object_index: int = 0,
-        random_id: int = 0,
-        flags: int = 0,
-        color: Sequence[float] = [1.0, 1.0, 1.0],
-        shadow_terminator_offset: float = 0.10000000149011612,
-        moves: bool = False,
-    ) -> None:
+    def upsert_instances(self, first_id: int, mesh: int, matrices: object, *, random_ids: object | None = None, name: str = '', materials: Sequence[int] = [], visibility: int | None = None, object_index: int = 0, random_id: int = 0, flags: int = 0, color: Sequence[float] = [1.0, 1.0, 1.0], shadow_terminator_offset: float = 0.10000000149011612, moves: bool = False) -> None:
         """
         Sets instances first_id, first_id + 1, ... of one mesh, alike but for matrix and random number.
 
@@ -128,26 +92,7 @@ class Scene:
         Removes instances first_id, first_id + 1, ...; SceneError when one of them does not exist.
         """
 
-    def upsert_light(
-        self,
-        id: int,
-        name: str,
-        kind: str,
-        matrix: object,
-        *,
-        color: Sequence[float] = [1.0, 1.0, 1.0],
-        power: float = 1.0,
-        flags: int | None = None,
-        normalize: bool = True,
-        radius: float = 0.0,
-        angle: float = 0.0,
-        size_x: float = 1.0,
-        size_y: float = 1.0,
-        ellipse: bool = False,
-        spread: float = 3.1415927410125732,
-        spot_size: float = 0.785398006439209,
-        spot_blend: float = 0.15000000596046448,
-    ) -> None:
+    def upsert_light(self, id: int, name: str, kind: str, matrix: object, *, color: Sequence[float] = [1.0, 1.0, 1.0], power: float = 1.0, flags: int | None = None, normalize: bool = True, radius: float = 0.0, angle: float = 0.0, size_x: float = 1.0, size_y: float = 1.0, ellipse: bool = False, spread: float = 3.1415927410125732, spot_size: float = 0.785398006439209, spot_blend: float = 0.15000000596046448) -> None:
         """
         Sets a lamp; units and conventions are Blender's.
 
@@ -158,20 +103,22 @@ class Scene:
         angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).
         """
 
+    def upsert_lights(self, ids: object, name: str, kind: str, matrices: object, *, color: Sequence[float] = [1.0, 1.0, 1.0], power: float = 1.0, flags: int | None = None, normalize: bool = True, radius: float = 0.0, angle: float = 0.0, size_x: float = 1.0, size_y: float = 1.0, ellipse: bool = False, spread: float = 3.1415927410125732, spot_size: float = 0.785398006439209, spot_blend: float = 0.15000000596046448) -> None:
+        """
+        Sets lamps that are alike but for their place.
+
+        ids: (N,) uint64, quickest in rising order. matrices: (N, 3, 4) float32. The rest as upsert_light.
+        """
+
     def remove_light(self, id: int) -> None:
         """Removes a lamp."""
 
-    def upsert_material(
-        self,
-        id: int,
-        name: str,
-        program: object,
-        constants: object,
-        images: Sequence[int] = [],
-        flags: int = 0,
-        emission: Sequence[float] = [0.0, 0.0, 0.0],
-        pass_index: int = 0,
-    ) -> None:
+    def remove_lights(self, ids: object) -> None:
+        """
+        Removes lamps. ids: (N,) uint64; SceneError when one of them does not exist.
+        """
+
+    def upsert_material(self, id: int, name: str, program: object, constants: object, images: Sequence[int] = [], flags: int = 0, emission: Sequence[float] = [0.0, 0.0, 0.0], pass_index: int = 0) -> None:
         """
         Sets a material. SceneError when the program is malformed.
 
@@ -184,21 +131,11 @@ class Scene:
     def remove_material(self, id: int) -> None:
         """Removes a material. SceneError while an instance or the world uses it."""
 
-    def upsert_image(
-        self,
-        id: int,
-        name: str,
-        pixels: object | None,
-        *,
-        srgb: bool = False,
-        premultiplied: bool = False,
-        lend: bool = False,
-    ) -> None:
+    def upsert_image(self, id: int, name: str, pixels: object | None, *, srgb: bool = False, premultiplied: bool = False, lend: bool = False) -> None:
         """
         Sets an image.
 
-        id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1),
-        float16
+        id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1), float16
             or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
         srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in upsert_mesh.
         """
@@ -206,15 +143,7 @@ class Scene:
     def remove_image(self, id: int) -> None:
         """Removes an image. SceneError while a material uses it."""
 
-    def set_world(
-        self,
-        name: str = "",
-        color: Sequence[float] = [0.0, 0.0, 0.0],
-        material: int = 0,
-        importance_width: int = 0,
-        sample: bool = True,
-        flags: int | None = None,
-    ) -> None:
+    def set_world(self, name: str = '', color: Sequence[float] = [0.0, 0.0, 0.0], material: int = 0, importance_width: int = 0, sample: bool = True, flags: int | None = None) -> None:
         """
         Sets the world.
 
@@ -223,34 +152,20 @@ class Scene:
         flags: HW_LIGHT_* bits, which rays see it.
         """
 
-    def set_camera(
-        self,
-        kind: str,
-        matrix: object,
-        plane: tuple[float, float, float, float],
-        *,
-        clip: tuple[float, float] = (0.10000000149011612, 1000.0),
-        aperture_radius: float = 0.0,
-        focus_distance: float = 10.0,
-        blades: int = 0,
-        rotation: float = 0.0,
-        ratio: float = 1.0,
-        panorama: str = "equirectangular",
-        range: tuple[float, float, float, float] = (-3.1415927, 3.1415927, -1.5707964, 1.5707964),
-    ) -> None:
+    def set_camera(self, kind: str, matrix: object, plane: tuple[float, float, float, float], *, clip: tuple[float, float] = (0.10000000149011612, 1000.0), aperture_radius: float = 0.0, focus_distance: float = 10.0, blades: int = 0, rotation: float = 0.0, ratio: float = 1.0, panorama: str = 'equirectangular', range: tuple[float, float, float, float] = ...) -> None:
         """
         Sets the camera.
 
         kind: "perspective", "orthographic" or "panoramic". matrix: (3, 4), it looks along its -Z, Y is up.
         plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in metres
-            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres along
-            the viewing direction.
+            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres along the
+            viewing direction.
         aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.
         rotation: radians. ratio: of the aperture, 1: round.
-        panorama: "equirectangular", range: longitude from, to, latitude from, to, radians; "fisheye_equidistant": field
-            of view, radians; "fisheye_equisolid": focal length, field of view, width and height of the sensor;
-            "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height from, to over the
-            radius. What a kind does not say is not looked at.
+        panorama: "equirectangular", range: longitude from, to, latitude from, to, radians;
+            "fisheye_equidistant": field of view, radians; "fisheye_equisolid": focal length, field of view, width and
+            height of the sensor; "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height
+            from, to over the radius. What a kind does not say is not looked at.
         """
 
     def clear(self) -> None:
@@ -261,7 +176,7 @@ class Context:
     A Vulkan device and its kernels. Expensive to make: keep it. One of its sessions renders at a time.
     """
 
-    def __init__(self, device: str = "", tracer: str = "auto", threads: int = 0, validation: bool = False) -> None:
+    def __init__(self, device: str = '', tracer: str = 'auto', threads: int = 0, validation: bool = False) -> None:
         """
         device: empty for the best, a part of a device's name, its index, or "gpu", "discrete", "integrated",
             "cpu". tracer: "auto", "embree", "ray_query" or "ray_pipeline". threads: of the host, 0: all.
@@ -271,13 +186,17 @@ class Context:
 
     @property
     def device(self) -> dict:
-        """
-        The device in use: as devices() has it.
-        """
+        """The device in use: as devices() has it."""
 
     @property
     def tracer(self) -> str:
-        """ "embree", "ray_query" or "ray_pipeline"."""
+        """"embree", "ray_query" or "ray_pipeline"."""
+
+    @property
+    def shared_memory(self) -> bool:
+        """
+        Whether the device shares the host's memory: meshes then lie in its buffers alone.
+        """
 
     @property
     def validation_messages(self) -> int:
@@ -305,10 +224,10 @@ class Session:
     """
 
     def __init__(self, context: Context, scene: Scene) -> None: ...
+
     def sync(self) -> dict:
         """
-        Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while
-        rendering.
+        Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while rendering.
 
         Returns seconds (commit_seconds, upload_seconds, build_seconds, lights_seconds), what the scene holds (meshes,
         instances, lights, triangles, materials, images) and what was sent (meshes_uploaded, instances_uploaded,
@@ -317,8 +236,7 @@ class Session:
 
     def start(self, settings: dict) -> None:
         """
-        Begins rendering on the core's own thread. `settings`: the members of RenderSettings (docs/architecture.md);
-        only
+        Begins rendering on the core's own thread. `settings`: the members of RenderSettings (docs/architecture.md); only
         width and height must be there. ValueError or TypeError names a bad one.
         """
 
@@ -365,7 +283,7 @@ def all_passes() -> list[tuple[str, int]]:
 def integrators() -> list[str]:
     """Names of the integrators."""
 
-def integrator_table() -> list[dict]:
+def integrator_table() -> list:
     """
     Every integrator: name, label, description, and parameters with their defaults (those it reads).
     """
@@ -398,17 +316,15 @@ class ImageDecoder:
         again. IndexError when there is no such file.
         """
 
-def tracer_benchmark(
-    triangles: int, rays: int, repeats: int, device: str = "", tracer: str = "auto", threads: int = 0
-) -> list:
+def versions() -> dict:
+    """
+    What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).
+    """
+
+def tracer_benchmark(triangles: int, rays: int, repeats: int, device: str = '', tracer: str = 'auto', threads: int = 0) -> list:
     """
     Rays a second of a Tracer beside a plain Embree loop on the same rays, triangles and threads.
 
     One dict for camera rays, one for random rays. Figures are medians of `repeats` turns in Mrays/s: 'closest' and
     'any' of the Tracer, 'plain' of a loop over one robust scene, 'fast' of the same without the robust flag.
-    """
-
-def versions() -> dict:
-    """
-    What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).
     """

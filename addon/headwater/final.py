@@ -151,7 +151,7 @@ def _export(engine, depsgraph) -> Job:
         state.graph == engine.token and not before,
         breathe,
         next_frame=before or (again and not persistent),
-        once=not (again or persistent),
+        once=not (again or persistent or passes.has_motion(wanted)),
         build=state.session.sync,
         borrow=context.shared_memory,
     )
@@ -197,7 +197,7 @@ def _render_views(engine, job: Job, depsgraph) -> None:
     views = [view.name for view in render_of.views if view.use] if render_of.use_multiview else [""]
     for view in views:
         _set_camera(engine, job, depsgraph, view)
-        if not _render_view(engine, job, view, view == views[-1]):
+        if not _render_view(engine, job, depsgraph, view, view == views[-1]):
             break
     else:
         job.kept.reservoirs_of = job.place["frame"]
@@ -229,7 +229,7 @@ def _free_blender_memory(engine) -> None:
         engine.free_blender_memory()
 
 
-def _render_view(engine, job: Job, view: str, last: bool) -> bool:
+def _render_view(engine, job: Job, depsgraph, view: str, last: bool) -> bool:
     """One picture. Returns False when the artist cancelled. last: Blender's scene is not needed after it."""
     global last_facts
     session = job.kept.session
@@ -241,7 +241,8 @@ def _render_view(engine, job: Job, view: str, last: bool) -> bool:
     result = engine.begin_result(
         0, 0, job.frame.region_width, job.frame.region_height, layer=job.place["view_layer"], view=view
     )
-    if last and not job.persistent:
+    moves = passes.has_motion(job.passes)
+    if last and not job.persistent and not moves:
         _free_blender_memory(engine)
     started = time.perf_counter()
     try:
@@ -257,9 +258,14 @@ def _render_view(engine, job: Job, view: str, last: bool) -> bool:
     rendered = time.perf_counter()
     if job.denoise and not cancelled:
         cancelled = _denoise(engine, job, session, result)
-    engine.end_result(result)
+    denoised = time.perf_counter()
     facts = _facts(job, view, synced, session, rendered - started, cancelled)
-    facts["denoise_seconds"] = time.perf_counter() - rendered if job.denoise else 0.0
+    try:
+        if moves and not cancelled:
+            _write_motion_to_next(engine, job, depsgraph, view, result)
+    finally:
+        engine.end_result(result)
+    facts["denoise_seconds"] = denoised - rendered if job.denoise else 0.0
     if not engine.is_preview:
         last_facts = facts
     for observer in list(observers):
@@ -281,6 +287,16 @@ def _denoise(engine, job: Job, session, result) -> bool:
         return False
     _fill(result, job.passes[0], pixels, job.frame)
     return False
+
+
+def _write_motion_to_next(engine, job: Job, depsgraph, view: str, result) -> None:
+    """Z and W of the Vector pass. Where they can't be had they stay what X and Y are."""
+    item = next(item for item in job.passes if item.core_name == "Vector")
+    vector = job.kept.session.read(item.core_name)
+    to_next = motion.motion_to_next(engine, job, depsgraph, lambda: _set_camera(engine, job, depsgraph, view))
+    if to_next is not None:
+        vector[..., 2:] = to_next
+        _fill(result, item, vector, job.frame)
 
 
 def _rescue(session, result, job: Job) -> None:
