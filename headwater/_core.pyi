@@ -10,7 +10,6 @@ Rec. 709. Images and pixels have their bottom row first. Arrays are C-contiguous
 
 from collections.abc import Sequence
 
-
 class SceneError(ValueError):
     """
     Scene data was refused; the message names the object and the reason, and the scene is as it was.
@@ -36,8 +35,20 @@ class Scene:
     """
 
     def __init__(self) -> None: ...
-
-    def upsert_mesh(self, id: int, name: str, positions: object, tri_vertices: object, *, tri_corners: object | None = None, normals: object | None = None, tri_slots: object | None = None, attributes: object | None = None, default_uv: int = -1, lend: bool = False) -> None:
+    def upsert_mesh(
+        self,
+        id: int,
+        name: str,
+        positions: object,
+        tri_vertices: object,
+        *,
+        tri_corners: object | None = None,
+        normals: object | None = None,
+        tri_slots: object | None = None,
+        attributes: object | None = None,
+        default_uv: int = -1,
+        lend: bool = False,
+    ) -> None:
         """
         Sets a mesh, in object space.
 
@@ -65,7 +76,22 @@ class Scene:
     def has_mesh(self, id: int) -> bool:
         """Whether there is a mesh of this id."""
 
-    def upsert_instance(self, id: int, mesh: int, matrix: object, *, name: str = '', materials: Sequence[int] = [], visibility: int | None = None, object_index: int = 0, random_id: int = 0, flags: int = 0, color: Sequence[float] = [1.0, 1.0, 1.0], shadow_terminator_offset: float = 0.10000000149011612, moves: bool = False) -> None:
+    def upsert_instance(
+        self,
+        id: int,
+        mesh: int,
+        matrix: object,
+        *,
+        name: str = "",
+        materials: Sequence[int] = [],
+        visibility: int | None = None,
+        object_index: int = 0,
+        random_id: int = 0,
+        flags: int = 0,
+        color: Sequence[float] = [1.0, 1.0, 1.0],
+        shadow_terminator_offset: float = 0.10000000149011612,
+        moves: bool = False,
+    ) -> None:
         """
         Sets an instance of a mesh.
 
@@ -77,7 +103,23 @@ class Scene:
         moves: a hint that it moves between frames. Its last frame's place is kept for motion vectors.
         """
 
-    def upsert_instances(self, first_id: int, mesh: int, matrices: object, *, random_ids: object | None = None, name: str = '', materials: Sequence[int] = [], visibility: int | None = None, object_index: int = 0, random_id: int = 0, flags: int = 0, color: Sequence[float] = [1.0, 1.0, 1.0], shadow_terminator_offset: float = 0.10000000149011612, moves: bool = False) -> None:
+    def upsert_instances(
+        self,
+        first_id: int,
+        mesh: int,
+        matrices: object,
+        *,
+        random_ids: object | None = None,
+        name: str = "",
+        materials: Sequence[int] = [],
+        visibility: int | None = None,
+        object_index: int = 0,
+        random_id: int = 0,
+        flags: int = 0,
+        color: Sequence[float] = [1.0, 1.0, 1.0],
+        shadow_terminator_offset: float = 0.10000000149011612,
+        moves: bool = False,
+    ) -> None:
         """
         Sets instances first_id, first_id + 1, ... of one mesh, alike but for matrix and random number.
 
@@ -92,7 +134,26 @@ class Scene:
         Removes instances first_id, first_id + 1, ...; SceneError when one of them does not exist.
         """
 
-    def upsert_light(self, id: int, name: str, kind: str, matrix: object, *, color: Sequence[float] = [1.0, 1.0, 1.0], power: float = 1.0, flags: int | None = None, normalize: bool = True, radius: float = 0.0, angle: float = 0.0, size_x: float = 1.0, size_y: float = 1.0, ellipse: bool = False, spread: float = 3.1415927410125732, spot_size: float = 0.785398006439209, spot_blend: float = 0.15000000596046448) -> None:
+    def upsert_light(
+        self,
+        id: int,
+        name: str,
+        kind: str,
+        matrix: object,
+        *,
+        color: Sequence[float] = [1.0, 1.0, 1.0],
+        power: float = 1.0,
+        flags: int | None = None,
+        normalize: bool = True,
+        radius: float = 0.0,
+        angle: float = 0.0,
+        size_x: float = 1.0,
+        size_y: float = 1.0,
+        ellipse: bool = False,
+        spread: float = 3.1415927410125732,
+        spot_size: float = 0.785398006439209,
+        spot_blend: float = 0.15000000596046448,
+    ) -> None:
         """
         Sets a lamp; units and conventions are Blender's.
 
@@ -103,7 +164,26 @@ class Scene:
         angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).
         """
 
-    def upsert_lights(self, ids: object, name: str, kind: str, matrices: object, *, color: Sequence[float] = [1.0, 1.0, 1.0], power: float = 1.0, flags: int | None = None, normalize: bool = True, radius: float = 0.0, angle: float = 0.0, size_x: float = 1.0, size_y: float = 1.0, ellipse: bool = False, spread: float = 3.1415927410125732, spot_size: float = 0.785398006439209, spot_blend: float = 0.15000000596046448) -> None:
+    def upsert_lights(
+        self,
+        ids: object,
+        name: str,
+        kind: str,
+        matrices: object,
+        *,
+        color: Sequence[float] = [1.0, 1.0, 1.0],
+        power: float = 1.0,
+        flags: int | None = None,
+        normalize: bool = True,
+        radius: float = 0.0,
+        angle: float = 0.0,
+        size_x: float = 1.0,
+        size_y: float = 1.0,
+        ellipse: bool = False,
+        spread: float = 3.1415927410125732,
+        spot_size: float = 0.785398006439209,
+        spot_blend: float = 0.15000000596046448,
+    ) -> None:
         """
         Sets lamps that are alike but for their place.
 
@@ -118,7 +198,17 @@ class Scene:
         Removes lamps. ids: (N,) uint64; SceneError when one of them does not exist.
         """
 
-    def upsert_material(self, id: int, name: str, program: object, constants: object, images: Sequence[int] = [], flags: int = 0, emission: Sequence[float] = [0.0, 0.0, 0.0], pass_index: int = 0) -> None:
+    def upsert_material(
+        self,
+        id: int,
+        name: str,
+        program: object,
+        constants: object,
+        images: Sequence[int] = [],
+        flags: int = 0,
+        emission: Sequence[float] = [0.0, 0.0, 0.0],
+        pass_index: int = 0,
+    ) -> None:
         """
         Sets a material. SceneError when the program is malformed.
 
@@ -131,7 +221,16 @@ class Scene:
     def remove_material(self, id: int) -> None:
         """Removes a material. SceneError while an instance or the world uses it."""
 
-    def upsert_image(self, id: int, name: str, pixels: object | None, *, srgb: bool = False, premultiplied: bool = False, lend: bool = False) -> None:
+    def upsert_image(
+        self,
+        id: int,
+        name: str,
+        pixels: object | None,
+        *,
+        srgb: bool = False,
+        premultiplied: bool = False,
+        lend: bool = False,
+    ) -> None:
         """
         Sets an image.
 
@@ -143,7 +242,15 @@ class Scene:
     def remove_image(self, id: int) -> None:
         """Removes an image. SceneError while a material uses it."""
 
-    def set_world(self, name: str = '', color: Sequence[float] = [0.0, 0.0, 0.0], material: int = 0, importance_width: int = 0, sample: bool = True, flags: int | None = None) -> None:
+    def set_world(
+        self,
+        name: str = "",
+        color: Sequence[float] = [0.0, 0.0, 0.0],
+        material: int = 0,
+        importance_width: int = 0,
+        sample: bool = True,
+        flags: int | None = None,
+    ) -> None:
         """
         Sets the world.
 
@@ -152,7 +259,21 @@ class Scene:
         flags: HW_LIGHT_* bits, which rays see it.
         """
 
-    def set_camera(self, kind: str, matrix: object, plane: tuple[float, float, float, float], *, clip: tuple[float, float] = (0.10000000149011612, 1000.0), aperture_radius: float = 0.0, focus_distance: float = 10.0, blades: int = 0, rotation: float = 0.0, ratio: float = 1.0, panorama: str = 'equirectangular', range: tuple[float, float, float, float] = ...) -> None:
+    def set_camera(
+        self,
+        kind: str,
+        matrix: object,
+        plane: tuple[float, float, float, float],
+        *,
+        clip: tuple[float, float] = (0.10000000149011612, 1000.0),
+        aperture_radius: float = 0.0,
+        focus_distance: float = 10.0,
+        blades: int = 0,
+        rotation: float = 0.0,
+        ratio: float = 1.0,
+        panorama: str = "equirectangular",
+        range: tuple[float, float, float, float] = ...,
+    ) -> None:
         """
         Sets the camera.
 
@@ -176,7 +297,7 @@ class Context:
     A Vulkan device and its kernels. Expensive to make: keep it. One of its sessions renders at a time.
     """
 
-    def __init__(self, device: str = '', tracer: str = 'auto', threads: int = 0, validation: bool = False) -> None:
+    def __init__(self, device: str = "", tracer: str = "auto", threads: int = 0, validation: bool = False) -> None:
         """
         device: empty for the best, a part of a device's name, its index, or "gpu", "discrete", "integrated",
             "cpu". tracer: "auto", "embree", "ray_query" or "ray_pipeline". threads: of the host, 0: all.
@@ -190,7 +311,7 @@ class Context:
 
     @property
     def tracer(self) -> str:
-        """"embree", "ray_query" or "ray_pipeline"."""
+        """ "embree", "ray_query" or "ray_pipeline"."""
 
     @property
     def shared_memory(self) -> bool:
@@ -224,7 +345,6 @@ class Session:
     """
 
     def __init__(self, context: Context, scene: Scene) -> None: ...
-
     def sync(self) -> dict:
         """
         Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while rendering.
@@ -321,7 +441,9 @@ def versions() -> dict:
     What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).
     """
 
-def tracer_benchmark(triangles: int, rays: int, repeats: int, device: str = '', tracer: str = 'auto', threads: int = 0) -> list:
+def tracer_benchmark(
+    triangles: int, rays: int, repeats: int, device: str = "", tracer: str = "auto", threads: int = 0
+) -> list:
     """
     Rays a second of a Tracer beside a plain Embree loop on the same rays, triangles and threads.
 

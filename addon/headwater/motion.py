@@ -3,7 +3,8 @@
 
 The core's motion is from the last commit to this one. Animations come by the frame before by themselves; a still, the
 first frame of an animation and frames that are further than one apart do not. The frame after is nobody's last commit:
-it is committed once the picture is made, then this one again, and what moved meanwhile is rendered as a pass of its own.
+it is committed once the picture is made, then this one again, and what moved meanwhile is rendered as a pass of its
+own.
 """
 
 import numpy as np

@@ -25,8 +25,8 @@ struct MeshSummary {
 };
 
 // Each throws SceneError naming the object and the reason. Those that take a reference to mutable data may repair it.
-// arrays: those of the mesh. What is repaired is copied into the mesh's own vectors first, where it was lent. Corners in
-// order are forgotten: the summary says it all.
+// arrays: those of the mesh. What is repaired is copied into the mesh's own vectors first, where it was lent. Corners
+// in order are forgotten: the summary says it all.
 MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays);
 void check_instance(Id id, const InstanceData& instance, const float* matrices, std::size_t count);
 void check_lights(std::span<const Id> ids, const LightData& light, const float* matrices);  // ids: one at least

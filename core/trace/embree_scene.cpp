@@ -202,7 +202,8 @@ void EmbreeScene::build_mesh_scene(Mesh& mesh) const {
   if (mesh.scene) rtcReleaseScene(mesh.scene);
   mesh.positions = mesh.source.padded ? std::vector<float>() : padded(mesh.source.positions);
   mesh.scene = new_scene(device_, RTC_SCENE_FLAG_NONE, RTC_BUILD_QUALITY_MEDIUM);
-  RTCGeometry geometry = triangles(mesh.source, mesh.source.padded ? mesh.source.positions.data() : mesh.positions.data());
+  RTCGeometry geometry =
+      triangles(mesh.source, mesh.source.padded ? mesh.source.positions.data() : mesh.positions.data());
   rtcSetGeometryMask(geometry, ~0u);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(mesh.scene, geometry);
