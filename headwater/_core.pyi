@@ -234,8 +234,8 @@ class Scene:
         """
         Sets an image.
 
-        id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1), float16
-            or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
+        id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1),
+            float16 or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
         srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in upsert_mesh.
         """
 
@@ -279,7 +279,8 @@ class Scene:
 
         kind: "perspective", "orthographic" or "panoramic". matrix: (3, 4), it looks along its -Z, Y is up.
         plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in metres
-            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres along the
+            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres
+            along the
             viewing direction.
         aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.
         rotation: radians. ratio: of the aperture, 1: round.
@@ -347,7 +348,8 @@ class Session:
     def __init__(self, context: Context, scene: Scene) -> None: ...
     def sync(self) -> dict:
         """
-        Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while rendering.
+        Brings the device in step with the scene: uploads and builds what changed since the last sync. Not while
+        rendering.
 
         Returns seconds (commit_seconds, upload_seconds, build_seconds, lights_seconds), what the scene holds (meshes,
         instances, lights, triangles, materials, images) and what was sent (meshes_uploaded, instances_uploaded,
@@ -356,7 +358,8 @@ class Session:
 
     def start(self, settings: dict) -> None:
         """
-        Begins rendering on the core's own thread. `settings`: the members of RenderSettings (docs/architecture.md); only
+        Begins rendering on the core's own thread. `settings`: the members of RenderSettings (docs/architecture.md);
+        only
         width and height must be there. ValueError or TypeError names a bad one.
         """
 

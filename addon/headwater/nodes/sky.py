@@ -2,8 +2,8 @@
 """Sky Texture: Preetham, Shirley and Smits 1999, "A practical analytic model for daylight", evaluated in the program.
 
 Blender's Hosek-Wilkie and Nishita (single and multiple scattering) skies are approximated by it. A Hosek-Wilkie sky
-has its own mean colour and lights the ground as it should (hosek_wilkie.py); how it is spread over the sky is Preetham's.
-Of Nishita's the sun's place, a turbidity and the picture's exposure follow the node, its colours do not exactly: their
+has its own mean colour and lights the ground as it should (hosek_wilkie.py); how it is spread is Preetham's. Of
+Nishita's the sun's place, a turbidity and the picture's exposure follow the node, its colours do not exactly: their
 mean radiance over the sky was measured in Cycles 5.0.1's pictures, at three or four heights of the sun: the factors
 below. The sun's disc is left out.
 """
