@@ -130,7 +130,8 @@ def test_all_passes_have_cycles_names_and_channels(tmp_path):
         {format}
         scene.render.engine = "HEADWATER"
         bpy.ops.render.render(write_still=True)
-        show(settings=core.sessions[-1].settings[-1]["passes"])
+        picture, to_next = core.sessions[-1].settings  # motion to the next frame is a pass of its own
+        show(settings=picture["passes"], motion=to_next["passes"])
         """
     indented = set_format(True).strip().replace("\n", "\n        ")
     facts = run(code.format(format=indented), tmp_path)
@@ -149,6 +150,7 @@ def test_all_passes_have_cycles_names_and_channels(tmp_path):
     wanted = {f"ViewLayer.{names[name]}.{c}" for name in fake_core.PASSES for c in ids.get(name, "RGB")}
     assert wanted <= channels, sorted(wanted - channels)
     assert set(facts["settings"]) == set(fake_core.PASSES)
+    assert facts["motion"] == ["Vector"]
 
 
 def test_pass_pixels_land_in_their_own_channels(tmp_path):
@@ -158,8 +160,10 @@ def test_pass_pixels_land_in_their_own_channels(tmp_path):
 
     pixels = read_exr(next(tmp_path.glob("frame_*.exr")))
     order = list(fake_core.PASSES).index("Vector")
-    for i, channel in enumerate("XYZW"):
-        np.testing.assert_allclose(pixels[f"ViewLayer.Vector.{channel}"], order + (i + 1) / 10, rtol=1e-6)
+    # Z and W are X and Y of the motion to the next frame, the other way round.
+    for channel, value in zip("XYZW", (0.1, 0.2, -0.1, -0.2), strict=True):
+        expected = np.copysign(order, value) + value
+        np.testing.assert_allclose(pixels[f"ViewLayer.Vector.{channel}"], expected, rtol=1e-6)
     order = list(fake_core.PASSES).index("Mist")
     np.testing.assert_allclose(pixels["ViewLayer.Mist.Z"], order + 0.1, rtol=1e-6)
 

@@ -390,3 +390,45 @@ def test_sun_matrix_is_the_direction_light_comes_from(tmp_path):
     sun.AddTransformOp().Set(Gf.Matrix4d().SetRotate(Gf.Rotation((1, 0, 0), 90)))  # -z goes to +y
     matrix = only(synced(stage, path)[0])["matrix"]
     assert -matrix[:, 2] == pytest.approx([0, 1, 0], abs=1e-6)
+
+
+def test_lamps_that_are_alike_are_sent_together(tmp_path):
+    stage, path = stage_file(tmp_path)
+    for i in range(4):
+        light = UsdLux.SphereLight.Define(stage, f"/light{i}")
+        light.CreateIntensityAttr(2 if i < 3 else 5)
+        move = light.AddTranslateOp()
+        move.Set((i, 0, 0), 1)
+        move.Set((i, 0, 0 if i else 1), 2)
+    stage.GetRootLayer().Save()
+    calls = []
+
+    class Counting(fake_core.Scene):
+        refused = None
+
+        def upsert_lights(self, ids, name, kind, matrices, **rest):
+            calls.append(len(ids))
+            if any(matrix[0, 3] == self.refused for matrix in matrices):
+                raise ValueError("it is refused")
+            super().upsert_lights(ids, name, kind, matrices, **rest)
+
+    scene = Counting()
+    warnings = []
+    sync = StageSync(open_stage(path), scene, warn=warnings.append, flags=fake_core.flags)
+    sync.sync(1.0, aspect=1.0)
+    assert sorted(calls) == [1, 3] and len(scene.lights) == 4
+    places = {lamp["matrix"][0, 3]: lamp["power"] for lamp in scene.lights.values()}
+    assert places[0] == places[1] == places[2] == pytest.approx(places[3] * 2 / 5)
+    calls.clear()
+    sync.sync(1.0, aspect=1.0)
+    assert not calls
+    sync.sync(2.0, aspect=1.0)  # one moved
+    assert calls == [1]
+    assert [lamp["matrix"][2, 3] for lamp in scene.lights.values() if lamp["matrix"][0, 3] == 0] == [1]
+    assert not warnings
+    # One that is refused does not take the others with it.
+    scene = Counting()
+    scene.refused = 2
+    sync = StageSync(open_stage(path), scene, warn=warnings.append, flags=fake_core.flags)
+    sync.sync(1.0, aspect=1.0)
+    assert len(scene.lights) == 3 and len(warnings) == 1 and "/light2" in warnings[0]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Types of headwater._core, made by nanobind.stubgen from core/python: python -m nanobind.stubgen -m headwater._core
+
 """
 Headwater's core: scene edits, rendering on a Vulkan device, pixels out.
 
@@ -62,6 +63,11 @@ class Scene:
         default_uv: index of the UV map among attributes, -1: none.
         lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the mesh is
             on a device that shares the host's memory, or is set or removed.
+        """
+
+    def keep_lent(self) -> None:
+        """
+        Copies the arrays that meshes were lent and that are not on a device yet: they may then be written to and freed.
         """
 
     def remove_mesh(self, id: int) -> None:
@@ -158,8 +164,39 @@ class Scene:
         angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).
         """
 
+    def upsert_lights(
+        self,
+        ids: object,
+        name: str,
+        kind: str,
+        matrices: object,
+        *,
+        color: Sequence[float] = [1.0, 1.0, 1.0],
+        power: float = 1.0,
+        flags: int | None = None,
+        normalize: bool = True,
+        radius: float = 0.0,
+        angle: float = 0.0,
+        size_x: float = 1.0,
+        size_y: float = 1.0,
+        ellipse: bool = False,
+        spread: float = 3.1415927410125732,
+        spot_size: float = 0.785398006439209,
+        spot_blend: float = 0.15000000596046448,
+    ) -> None:
+        """
+        Sets lamps that are alike but for their place.
+
+        ids: (N,) uint64, quickest in rising order. matrices: (N, 3, 4) float32. The rest as upsert_light.
+        """
+
     def remove_light(self, id: int) -> None:
         """Removes a lamp."""
+
+    def remove_lights(self, ids: object) -> None:
+        """
+        Removes lamps. ids: (N,) uint64; SceneError when one of them does not exist.
+        """
 
     def upsert_material(
         self,
@@ -198,8 +235,7 @@ class Scene:
         Sets an image.
 
         id: above 0. pixels: (H, W), (H, W, 1), (H, W, 3) or (H, W, 4), bottom row first; uint8 (0..255 is 0..1),
-        float16
-            or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
+            float16 or float32; None: a missing image, which reads as magenta. One and three channels get alpha 1.
         srgb: colours are sRGB-encoded. premultiplied: colours are already multiplied by alpha. lend: as in upsert_mesh.
         """
 
@@ -236,21 +272,22 @@ class Scene:
         rotation: float = 0.0,
         ratio: float = 1.0,
         panorama: str = "equirectangular",
-        range: tuple[float, float, float, float] = (-3.1415927, 3.1415927, -1.5707964, 1.5707964),
+        range: tuple[float, float, float, float] = ...,
     ) -> None:
         """
         Sets the camera.
 
         kind: "perspective", "orthographic" or "panoramic". matrix: (3, 4), it looks along its -Z, Y is up.
         plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in metres
-            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres along
-            the viewing direction.
+            (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres
+            along the
+            viewing direction.
         aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.
         rotation: radians. ratio: of the aperture, 1: round.
-        panorama: "equirectangular", range: longitude from, to, latitude from, to, radians; "fisheye_equidistant": field
-            of view, radians; "fisheye_equisolid": focal length, field of view, width and height of the sensor;
-            "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height from, to over the
-            radius. What a kind does not say is not looked at.
+        panorama: "equirectangular", range: longitude from, to, latitude from, to, radians;
+            "fisheye_equidistant": field of view, radians; "fisheye_equisolid": focal length, field of view, width and
+            height of the sensor; "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height
+            from, to over the radius. What a kind does not say is not looked at.
         """
 
     def clear(self) -> None:
@@ -271,13 +308,17 @@ class Context:
 
     @property
     def device(self) -> dict:
-        """
-        The device in use: as devices() has it.
-        """
+        """The device in use: as devices() has it."""
 
     @property
     def tracer(self) -> str:
         """ "embree", "ray_query" or "ray_pipeline"."""
+
+    @property
+    def shared_memory(self) -> bool:
+        """
+        Whether the device shares the host's memory: meshes then lie in its buffers alone.
+        """
 
     @property
     def validation_messages(self) -> int:
@@ -365,7 +406,7 @@ def all_passes() -> list[tuple[str, int]]:
 def integrators() -> list[str]:
     """Names of the integrators."""
 
-def integrator_table() -> list[dict]:
+def integrator_table() -> list:
     """
     Every integrator: name, label, description, and parameters with their defaults (those it reads).
     """
@@ -398,6 +439,11 @@ class ImageDecoder:
         again. IndexError when there is no such file.
         """
 
+def versions() -> dict:
+    """
+    What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).
+    """
+
 def tracer_benchmark(
     triangles: int, rays: int, repeats: int, device: str = "", tracer: str = "auto", threads: int = 0
 ) -> list:
@@ -406,9 +452,4 @@ def tracer_benchmark(
 
     One dict for camera rays, one for random rays. Figures are medians of `repeats` turns in Mrays/s: 'closest' and
     'any' of the Tracer, 'plain' of a loop over one robust scene, 'fast' of the same without the robust flag.
-    """
-
-def versions() -> dict:
-    """
-    What the module was built with: Embree, Vulkan headers, compiler, build (CMake's build type).
     """

@@ -40,11 +40,13 @@ class Job:
     """One view layer of one frame, from export to pixels."""
 
     key: tuple
+    place: dict  # names of scene and view layer, number of the frame
     kept: object
     frame: render_settings.Frame
     settings: dict
     passes: list
     options: options.Options
+    persistent: bool
     export: dict = field(default_factory=dict)
     denoise: denoiser.Recipe | None = None
 
@@ -149,7 +151,7 @@ def _export(engine, depsgraph) -> Job:
         state.graph == engine.token and not before,
         breathe,
         next_frame=before or (again and not persistent),
-        once=not (again or persistent),
+        once=not (again or persistent or passes.has_motion(wanted)),
         build=state.session.sync,
         borrow=context.shared_memory,
     )
@@ -169,7 +171,8 @@ def _export(engine, depsgraph) -> Job:
     if engine.is_preview:
         settings.update(integrator="path", samples=PREVIEW_SAMPLES, time_limit=PREVIEW_SECONDS)
     state.reservoirs_of = None
-    return Job(key, state, frame, settings, wanted, given, report, denoise)
+    place = {"scene": scene.name, "view_layer": view_layer.name, "frame": scene.frame_current}
+    return Job(key, place, state, frame, settings, wanted, given, persistent, report, denoise)
 
 
 @_guarded
@@ -193,10 +196,11 @@ def _render_views(engine, job: Job, depsgraph) -> None:
     render_of = depsgraph.scene_eval.render
     views = [view.name for view in render_of.views if view.use] if render_of.use_multiview else [""]
     for view in views:
-        if not _render_view(engine, job, depsgraph, view):
+        _set_camera(engine, job, depsgraph, view)
+        if not _render_view(engine, job, depsgraph, view, view == views[-1]):
             break
     else:
-        job.kept.reservoirs_of = depsgraph.scene.frame_current
+        job.kept.reservoirs_of = job.place["frame"]
 
 
 def _set_camera(engine, job: Job, depsgraph, view: str) -> None:
@@ -216,10 +220,18 @@ def _set_camera(engine, job: Job, depsgraph, view: str) -> None:
     job.kept.sync.camera.sync(depsgraph, camera, scene.render, job.frame, **eye)
 
 
-def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
-    """One picture. Returns False when the artist cancelled."""
+def _free_blender_memory(engine) -> None:
+    """Lets Blender free the dependency graph, which nobody may look at afterwards: the core has what it needs.
+
+    As Cycles does: without a window nobody else asks for the evaluated scene; with persistent data the next frame does.
+    """
+    if bpy.app.background and not engine.is_preview:
+        engine.free_blender_memory()
+
+
+def _render_view(engine, job: Job, depsgraph, view: str, last: bool) -> bool:
+    """One picture. Returns False when the artist cancelled. last: Blender's scene is not needed after it."""
     global last_facts
-    _set_camera(engine, job, depsgraph, view)
     session = job.kept.session
     engine.update_stats("", "Building")
     synced = session.sync()
@@ -227,8 +239,11 @@ def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
     for count in SENT:  # what was sent beside the export was sent for this picture too
         synced[count] = synced.get(count, 0) + early.pop(count, 0)
     result = engine.begin_result(
-        0, 0, job.frame.region_width, job.frame.region_height, layer=depsgraph.view_layer.name, view=view
+        0, 0, job.frame.region_width, job.frame.region_height, layer=job.place["view_layer"], view=view
     )
+    moves = passes.has_motion(job.passes)
+    if last and not job.persistent and not moves:
+        _free_blender_memory(engine)
     started = time.perf_counter()
     try:
         session.start(job.settings)
@@ -243,9 +258,14 @@ def _render_view(engine, job: Job, depsgraph, view: str) -> bool:
     rendered = time.perf_counter()
     if job.denoise and not cancelled:
         cancelled = _denoise(engine, job, session, result)
-    engine.end_result(result)
-    facts = _facts(job, depsgraph, view, synced, session, rendered - started, cancelled)
-    facts["denoise_seconds"] = time.perf_counter() - rendered if job.denoise else 0.0
+    denoised = time.perf_counter()
+    facts = _facts(job, view, synced, session, rendered - started, cancelled)
+    try:
+        if moves and not cancelled:
+            _write_motion_to_next(engine, job, depsgraph, view, result)
+    finally:
+        engine.end_result(result)
+    facts["denoise_seconds"] = denoised - rendered if job.denoise else 0.0
     if not engine.is_preview:
         last_facts = facts
     for observer in list(observers):
@@ -267,6 +287,16 @@ def _denoise(engine, job: Job, session, result) -> bool:
         return False
     _fill(result, job.passes[0], pixels, job.frame)
     return False
+
+
+def _write_motion_to_next(engine, job: Job, depsgraph, view: str, result) -> None:
+    """Z and W of the Vector pass. Where they can't be had they stay what X and Y are."""
+    item = next(item for item in job.passes if item.core_name == "Vector")
+    vector = job.kept.session.read(item.core_name)
+    to_next = motion.motion_to_next(engine, job, depsgraph, lambda: _set_camera(engine, job, depsgraph, view))
+    if to_next is not None:
+        vector[..., 2:] = to_next
+        _fill(result, item, vector, job.frame)
 
 
 def _rescue(session, result, job: Job) -> None:
@@ -338,13 +368,11 @@ def _fill(result, item, pixels, frame) -> None:
     target.rect.foreach_set(np.ascontiguousarray(pixels, np.float32).reshape(-1))
 
 
-def _facts(job: Job, depsgraph, view: str, synced: dict, session, seconds: float, cancelled: bool) -> dict:
+def _facts(job: Job, view: str, synced: dict, session, seconds: float, cancelled: bool) -> dict:
     """What a picture cost, as JSON can hold it: schema in docs/manual/settings.md."""
     return {
-        "scene": depsgraph.scene.name,
-        "view_layer": depsgraph.view_layer.name,
+        **job.place,
         "view": view,
-        "frame": depsgraph.scene.frame_current,
         "width": job.frame.region_width,
         "height": job.frame.region_height,
         "samples": job.settings["samples"],

@@ -1,5 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scene of 4 million triangles in 3,600 objects, to measure syncs: 36 meshes of 111,000 triangles."""
+"""A scene of 4 million triangles in 3,600 objects, to measure syncs: 36 meshes of 111,000 triangles.
+
+    python blender_tests/real/waves.py waves.blend
+
+writes it with a camera and a sun, for `headwater bench-speed`.
+"""
+
+import sys
 
 import bpy
 import numpy as np
@@ -25,3 +32,19 @@ def build() -> None:
             thing = bpy.data.objects.new(f"Wave {number}.{each}", mesh)
             thing.location = (2.2 * (each % 60), 2.2 * (number + MESHES * (each // 60)), 0)
             bpy.context.scene.collection.objects.link(thing)
+
+
+def _write(path: str) -> None:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    build()
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    for thing in (camera, sun):
+        scene.collection.objects.link(thing)
+    scene.camera, camera.location, camera.data.clip_end = camera, (60, 70, 160), 1000
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+
+
+if __name__ == "__main__":
+    _write(sys.argv[1])

@@ -53,55 +53,59 @@ std::span<const Id> take_ids(nb::handle value, const std::string& what, AnyArray
   return {static_cast<const Id*>(from.data()), from.size()};
 }
 
+void upsert_light(Scene& scene, Id id, const std::string& name, nb::handle matrix, auto&& make) {
+  const std::string label = scene_label("light", name, id);
+  LightData lamp = make(label);
+  lamp.object_to_world = take_matrix(matrix, label + ": matrix");
+  scene.upsert_light(id, std::move(lamp));
+}
+
+void upsert_lights(Scene& scene, nb::handle ids, const std::string& name, nb::handle matrices, auto&& make) {
+  AnyArray numbers;
+  const std::span<const Id> lamps = take_ids(ids, "lights \"" + name + "\": ids", numbers);
+  const std::string label = scene_label("light", name, lamps.empty() ? 0 : lamps.front());
+  const AnyArray rows = take<float>(matrices, {static_cast<std::int64_t>(lamps.size()), 3, 4}, label + ": matrices");
+  scene.upsert_lights(lamps, make(label), static_cast<const float*>(rows.data()));
+}
+
+// A method that sets lamps: what and where they are by position, then the settings of lamps by keyword.
+// upsert(scene, which, name, where, make): make(label) is the LightData, but for its place.
+template <class Which>
+void bind_upsert(nb::class_<Scene>& scene, const char* method, const char* which, const char* where, auto upsert,
+                 const char* text) {
+  const LightData light;
+  scene.def(
+      method,
+      [upsert](Scene& self, Which ids, const std::string& name, const std::string& kind, nb::object place, Color color,
+               float power, std::optional<std::uint32_t> flags, bool normalize, float radius, float angle, float size_x,
+               float size_y, bool ellipse, float spread, float spot_size, float spot_blend) {
+        upsert(self, ids, name, place, [&](const std::string& label) {
+          return light_data(label, name, kind, color, power, flags, normalize, radius, angle, size_x, size_y, ellipse,
+                            spread, spot_size, spot_blend);
+        });
+      },
+      nb::arg(which), "name"_a, "kind"_a, nb::arg(where), nb::kw_only(), "color"_a = light.color,
+      "power"_a = light.power, "flags"_a = nb::none(), "normalize"_a = light.normalize, "radius"_a = light.radius,
+      "angle"_a = light.angle, "size_x"_a = light.size_x, "size_y"_a = light.size_y, "ellipse"_a = light.ellipse,
+      "spread"_a = light.spread, "spot_size"_a = light.spot_size, "spot_blend"_a = light.spot_blend, text);
+}
+
 }  // namespace
 
 void bind_lights(nb::class_<Scene>& scene) {
-  const LightData light;
-  scene
-      .def(
-          "upsert_light",
-          [](Scene& self, Id id, const std::string& name, const std::string& kind, nb::object matrix, Color color,
-             float power, std::optional<std::uint32_t> flags, bool normalize, float radius, float angle, float size_x,
-             float size_y, bool ellipse, float spread, float spot_size, float spot_blend) {
-            const std::string label = scene_label("light", name, id);
-            LightData lamp = light_data(label, name, kind, color, power, flags, normalize, radius, angle, size_x,
-                                        size_y, ellipse, spread, spot_size, spot_blend);
-            lamp.object_to_world = take_matrix(matrix, label + ": matrix");
-            self.upsert_light(id, std::move(lamp));
-          },
-          "id"_a, "name"_a, "kind"_a, "matrix"_a, nb::kw_only(), "color"_a = light.color, "power"_a = light.power,
-          "flags"_a = nb::none(), "normalize"_a = light.normalize, "radius"_a = light.radius, "angle"_a = light.angle,
-          "size_x"_a = light.size_x, "size_y"_a = light.size_y, "ellipse"_a = light.ellipse, "spread"_a = light.spread,
-          "spot_size"_a = light.spot_size, "spot_blend"_a = light.spot_blend,
-          "Sets a lamp; units and conventions are Blender's.\n\n"
-          "kind: \"point\", \"spot\", \"sun\" or \"area\". matrix: (3, 4), it shines along its -Z.\n"
-          "color: linear, times the strength of its nodes. power: W, for a sun W/m^2.\n"
-          "flags: HW_LIGHT_* bits. normalize: power does not grow with size.\n"
-          "radius: metres (point, spot). angle: full angle, radians (sun). size_x, size_y: metres; ellipse; spread: "
-          "full\n"
-          "angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).")
-      .def(
-          "upsert_lights",
-          [](Scene& self, nb::object ids, const std::string& name, const std::string& kind, nb::object matrices,
-             Color color, float power, std::optional<std::uint32_t> flags, bool normalize, float radius, float angle,
-             float size_x, float size_y, bool ellipse, float spread, float spot_size, float spot_blend) {
-            AnyArray numbers;
-            const std::span<const Id> lamps = take_ids(ids, "lights \"" + name + "\": ids", numbers);
-            const std::string label = scene_label("light", name, lamps.empty() ? 0 : lamps.front());
-            const AnyArray rows =
-                take<float>(matrices, {static_cast<std::int64_t>(lamps.size()), 3, 4}, label + ": matrices");
-            self.upsert_lights(lamps,
-                               light_data(label, name, kind, color, power, flags, normalize, radius, angle, size_x,
-                                          size_y, ellipse, spread, spot_size, spot_blend),
-                               static_cast<const float*>(rows.data()));
-          },
-          "ids"_a, "name"_a, "kind"_a, "matrices"_a, nb::kw_only(), "color"_a = light.color, "power"_a = light.power,
-          "flags"_a = nb::none(), "normalize"_a = light.normalize, "radius"_a = light.radius, "angle"_a = light.angle,
-          "size_x"_a = light.size_x, "size_y"_a = light.size_y, "ellipse"_a = light.ellipse, "spread"_a = light.spread,
-          "spot_size"_a = light.spot_size, "spot_blend"_a = light.spot_blend,
-          "Sets lamps that are alike but for their place.\n\n"
-          "ids: (N,) uint64, quickest in rising order. matrices: (N, 3, 4) float32. The rest as upsert_light.")
-      .def("remove_light", &Scene::remove_light, "id"_a, "Removes a lamp.")
+  bind_upsert<Id>(
+      scene, "upsert_light", "id", "matrix", [](auto&&... given) { upsert_light(given...); },
+      "Sets a lamp; units and conventions are Blender's.\n\n"
+      "kind: \"point\", \"spot\", \"sun\" or \"area\". matrix: (3, 4), it shines along its -Z.\n"
+      "color: linear, times the strength of its nodes. power: W, for a sun W/m^2.\n"
+      "flags: HW_LIGHT_* bits. normalize: power does not grow with size.\n"
+      "radius: metres (point, spot). angle: full angle, radians (sun). size_x, size_y: metres; ellipse; spread: full\n"
+      "angle, radians (area). spot_size: full cone angle, radians; spot_blend: 0 to 1 (spot).");
+  bind_upsert<nb::object>(
+      scene, "upsert_lights", "ids", "matrices", [](auto&&... given) { upsert_lights(given...); },
+      "Sets lamps that are alike but for their place.\n\n"
+      "ids: (N,) uint64, quickest in rising order. matrices: (N, 3, 4) float32. The rest as upsert_light.");
+  scene.def("remove_light", &Scene::remove_light, "id"_a, "Removes a lamp.")
       .def(
           "remove_lights",
           [](Scene& self, nb::object ids) {

@@ -72,7 +72,10 @@ void Tables::upload_mesh(Id id, MeshSlot& slot, Uploader& uploader) {
   MeshRecord record{};
   record.positions = positions->address();
   record.tri_vertices = arrays->address() + vertices_at;
-  if (!from.tri_corners.empty()) record.tri_corners = arrays->address() + corners_at;
+  if (summary.corners_in_order)
+    record.tri_corners = HW_CORNERS_IN_ORDER;
+  else if (!from.tri_corners.empty())
+    record.tri_corners = arrays->address() + corners_at;
   if (!from.normals.empty()) record.normals = arrays->address() + normals_at;
   if (!from.tri_slots.empty()) record.tri_slots = arrays->address() + slots_at;
   if (deformed) record.motion = slot.positions->address();
@@ -133,6 +136,7 @@ void Tables::trace_mesh(Id id, MeshSlot& slot) {
   if (slot.positions->mapped()) {
     trace.positions = mapped_span<float>(*slot.positions, 0, trace.positions.size());
     trace.indices = mapped_span<std::uint32_t>(*slot.arrays, slot.tri_vertices_at, trace.indices.size());
+    trace.padded = true;
   }
   try {
     slot.traced = true;

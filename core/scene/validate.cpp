@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 
 #include "materials/program_check.h"
@@ -78,17 +79,30 @@ float* editable(std::span<const float>& array, std::vector<float>& own) {
   return own.data();
 }
 
+// Whether the array is 0, 1, 2, ... and not empty.
+bool in_order(std::span<const std::uint32_t> values) {
+  // Blocks without an early exit inside, as above.
+  constexpr std::size_t kBlock = 1024;
+  for (std::size_t begin = 0; begin < values.size(); begin += kBlock) {
+    std::uint32_t other = 0;
+    for (std::size_t i = begin; i < std::min(values.size(), begin + kBlock); ++i)
+      other |= values[i] ^ static_cast<std::uint32_t>(i);
+    if (other) return false;
+  }
+  return !values.empty();
+}
+
 // Corners whose normal can't be used get the geometric normal of a triangle that has them.
 void repair_normals(MeshArrays& mesh, std::vector<float>& own) {
   const float* given = mesh.normals.data();
   const std::size_t count = mesh.normals.size() / 3;
   const auto unusable = [&](std::size_t c) {
-    const double x = given[3 * c], y = given[3 * c + 1], z = given[3 * c + 2];
-    const double square = x * x + y * y + z * z;
-    return !(square > 1e-20 && std::isfinite(square));
+    const float x = given[3 * c], y = given[3 * c + 1], z = given[3 * c + 2];
+    const float square = x * x + y * y + z * z;
+    return !(square > 1e-20f && square <= std::numeric_limits<float>::max());
   };
-  bool any = false;
-  for (std::size_t c = 0; c < count; ++c) any |= unusable(c);
+  std::uint32_t any = 0;  // not a bool, whose loop would have an early exit
+  for (std::size_t c = 0; c < count; ++c) any |= unusable(c) ? 1u : 0u;
   if (!any) return;
   float* normals = editable(mesh.normals, own);
   given = normals;
@@ -215,6 +229,11 @@ MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays) {
   check_attributes(label, mesh, arrays, vertices, triangles, corners);
 
   MeshSummary summary;
+  summary.corners_in_order = in_order(arrays.tri_corners);
+  if (summary.corners_in_order) {
+    arrays.tri_corners = {};
+    std::vector<std::uint32_t>().swap(mesh.tri_corners);
+  }
   summary.vertex_count = static_cast<std::uint32_t>(vertices);
   summary.triangle_count = static_cast<std::uint32_t>(triangles);
   for (std::uint8_t slot : arrays.tri_slots) summary.max_slot = std::max<std::uint32_t>(summary.max_slot, slot);

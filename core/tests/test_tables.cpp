@@ -100,6 +100,23 @@ TEST_CASE("tables: a mesh that deforms keeps last frame's positions for one fram
   CHECK(r.see.mesh(1).motion == 0);
 }
 
+TEST_CASE("tables: corners in order are not stored") {
+  Rig r;
+  MeshData mesh = quad();
+  mesh.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+  mesh.tri_corners = {0, 1, 2, 3, 4, 5};
+  r.scene.upsert_mesh(1, mesh);
+  mesh.tri_corners = {0, 1, 2, 3, 5, 4};
+  r.scene.upsert_mesh(2, mesh);
+  r.update();
+  CHECK(r.see.mesh(1).tri_corners == HW_CORNERS_IN_ORDER);
+  CHECK(r.see.mesh(2).tri_corners > HW_CORNERS_IN_ORDER);
+  mesh.tri_corners = {0, 1, 2, 3, 4, 5};
+  r.scene.upsert_mesh(2, mesh);
+  r.update();
+  CHECK(r.see.mesh(2).tri_corners == HW_CORNERS_IN_ORDER);
+}
+
 TEST_CASE("tables: what can't be hit keeps its place") {
   Rig r;
   MeshData none;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 
@@ -24,8 +25,9 @@ std::vector<float> padded(std::span<const float> positions) {
   return result;
 }
 
-std::vector<float> transformed(std::span<const float> positions, const float* m) {
-  std::vector<float> result(positions.size() + 4, 0.0f);
+std::unique_ptr<float[]> transformed(std::span<const float> positions, const float* m) {
+  std::unique_ptr<float[]> result = std::make_unique_for_overwrite<float[]>(positions.size() + 4);
+  std::fill_n(result.get() + positions.size(), 4, 0.0f);
   for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
     const float x = positions[i], y = positions[i + 1], z = positions[i + 2];
     for (int row = 0; row < 3; ++row)
@@ -89,7 +91,8 @@ EmbreeScene::~EmbreeScene() {
 
 std::uint64_t EmbreeScene::bytes() const {
   std::uint64_t bytes = std::max<std::int64_t>(0, embree_bytes_.load());
-  for (const auto& [id, mesh] : meshes_) bytes += 4 * (mesh.positions.size() + mesh.world_positions.size());
+  for (const auto& [id, mesh] : meshes_)
+    bytes += 4 * (mesh.positions.size() + (mesh.world_positions ? mesh.source.positions.size() + 4 : 0));
   return bytes + slots_.size() * sizeof(Slot);
 }
 
@@ -103,10 +106,11 @@ void EmbreeScene::check(const std::string& what) const {
 
 void EmbreeScene::set_mesh(std::uint64_t id, const TraceMesh& source) {
   const std::size_t vertices = source.positions.size() / 3;
-  for (const std::uint32_t index : source.indices)
-    if (index >= vertices)
-      throw std::runtime_error("Mesh \"" + source.name + "\" has a triangle of vertex " + std::to_string(index) +
-                               ", but only " + std::to_string(vertices) + " vertices.");
+  std::uint32_t largest = 0;
+  for (const std::uint32_t index : source.indices) largest = std::max(largest, index);
+  if (!source.indices.empty() && largest >= vertices)
+    throw std::runtime_error("Mesh \"" + source.name + "\" has a triangle of vertex " + std::to_string(largest) +
+                             ", but only " + std::to_string(vertices) + " vertices.");
   Mesh& mesh = meshes_[id];
   mesh.source = source;
   mesh.version = ++versions_;
@@ -154,9 +158,9 @@ void EmbreeScene::count_users() {
   }
 }
 
-RTCGeometry EmbreeScene::triangles(const TraceMesh& source, const std::vector<float>& positions) const {
+RTCGeometry EmbreeScene::triangles(const TraceMesh& source, const float* positions) const {
   RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions.data(), 0, 12,
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, positions, 0, 12,
                              source.positions.size() / 3);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, source.indices.data(), 0, 12,
                              source.indices.size() / 3);
@@ -168,7 +172,7 @@ void EmbreeScene::bake(Mesh& mesh, const TraceInstance& instance) {
   if (new_mesh) {
     unbake(mesh);
     mesh.world_positions = transformed(mesh.source.positions, instance.object_to_world);
-    mesh.geometry = triangles(mesh.source, mesh.world_positions);
+    mesh.geometry = triangles(mesh.source, mesh.world_positions.get());
     mesh.geometry_id = rtcAttachGeometry(baked_, mesh.geometry);
     mesh.baked_version = mesh.version;
     assign(mesh.baked_matrix, instance.object_to_world);
@@ -189,16 +193,17 @@ void EmbreeScene::unbake(Mesh& mesh) {
   rtcDetachGeometry(baked_, mesh.geometry_id);
   rtcReleaseGeometry(mesh.geometry);
   mesh.geometry = nullptr;
-  mesh.world_positions = {};
+  mesh.world_positions.reset();
   --baked_count_;
   baked_changed_ = true;
 }
 
 void EmbreeScene::build_mesh_scene(Mesh& mesh) const {
   if (mesh.scene) rtcReleaseScene(mesh.scene);
-  mesh.positions = padded(mesh.source.positions);
+  mesh.positions = mesh.source.padded ? std::vector<float>() : padded(mesh.source.positions);
   mesh.scene = new_scene(device_, RTC_SCENE_FLAG_NONE, RTC_BUILD_QUALITY_MEDIUM);
-  RTCGeometry geometry = triangles(mesh.source, mesh.positions);
+  RTCGeometry geometry =
+      triangles(mesh.source, mesh.source.padded ? mesh.source.positions.data() : mesh.positions.data());
   rtcSetGeometryMask(geometry, ~0u);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(mesh.scene, geometry);

@@ -50,13 +50,13 @@ class EmbreeScene {
     bool moved = false;                 // its baked instance once moved: never baked again
     RTCScene scene = nullptr;           // for instances; null until one needs it
     std::uint64_t scene_version = 0;
-    std::vector<float> positions;    // what `scene` reads: a copy with the padding Embree asks for
+    std::vector<float> positions;    // what `scene` reads, where the source lacks the padding Embree asks for
     RTCGeometry geometry = nullptr;  // in baked_
     std::uint32_t geometry_id = 0;
     std::uint64_t baked_version = 0;
     Matrix baked_matrix{};
     std::uint32_t baked_mask = 0;
-    std::vector<float> world_positions;  // what `geometry` reads
+    std::unique_ptr<float[]> world_positions;  // what `geometry` reads
   };
   struct Slot {  // one geometry of instanced_, its id is the place in slots_
     RTCGeometry geometry = nullptr;
@@ -72,7 +72,7 @@ class EmbreeScene {
   void build_mesh_scenes();
   void update_slots();
   void build_lamps();
-  RTCGeometry triangles(const TraceMesh& source, const std::vector<float>& positions) const;
+  RTCGeometry triangles(const TraceMesh& source, const float* positions) const;
   void check(const std::string& what) const;
   Mesh& mesh_of(const TraceInstance& instance, std::size_t index);
 

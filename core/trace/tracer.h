@@ -20,6 +20,7 @@ struct TraceMesh {
   std::span<const float> positions;        // 3 floats a vertex, metres
   std::span<const std::uint32_t> indices;  // 3 a triangle, into positions
   std::string name;                        // for error messages
+  bool padded = false;                     // four bytes that may be read follow the last position
 };
 
 // One instance. Its place in the array is `Hit::instance`.

@@ -7,7 +7,7 @@ so shared parts of a node tree are computed once. Folding follows shaders/lib/ma
 
 from __future__ import annotations
 
-import math
+import struct
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -51,19 +51,22 @@ class Table:
         self.key = self.rows.tobytes()
 
 
-def _single(x: float) -> float:
-    """x as a float32 holds it; not finite becomes 0 (a constant must not poison a picture)."""
-    x = float(x)
-    if x != x:
-        return 0.0
-    return float(np.float32(max(min(x, 3.402823e38), -3.402823e38)))
+_VECTOR = struct.Struct("=3f")
+_LARGEST = 3.402823e38
+
+
+def _finite(x: float) -> float:
+    """x, which a float32 can hold; what is no number becomes 0 (a constant must not poison a picture)."""
+    if -_LARGEST <= x <= _LARGEST:
+        return x
+    return 0.0 if x != x else _LARGEST if x > 0 else -_LARGEST
 
 
 class Graph:
     """Makes expressions. One graph a material."""
 
     def __init__(self):
-        self._known: dict[tuple, Expr] = {}
+        self._known: dict[tuple | bytes, Expr] = {}
         self._tables: dict[bytes, Table] = {}
         self.uv = self._register(op.REGISTER_UV)
         self.position = self._register(op.REGISTER_POSITION)
@@ -77,10 +80,13 @@ class Graph:
 
     def const(self, x: float, y: float | None = None, z: float | None = None) -> Expr:
         """A constant; one number fills all components."""
-        x = _single(x)
-        value = (x, x, x) if y is None else (x, _single(y), _single(z))
-        key = (None, *(math.copysign(1.0, v) if v == 0 else v for v in value), *value)
-        return self._known.setdefault(key, Expr(None, value=value))
+        x = _finite(x)
+        # As float32 holds them; the bits tell 0 from -0.
+        bits = _VECTOR.pack(x, x, x) if y is None else _VECTOR.pack(x, _finite(y), _finite(z))
+        found = self._known.get(bits)
+        if found is None:
+            found = self._known[bits] = Expr(None, value=_VECTOR.unpack(bits))
+        return found
 
     def make(self, code: int, *args: Expr, sub: int = 0, imm=0) -> Expr:
         """A row's result; a constant when every operand is one and the operation can be folded."""

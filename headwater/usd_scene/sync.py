@@ -15,6 +15,7 @@ from headwater.usd_scene import camera as cameras
 from headwater.usd_scene import light as lights
 from headwater.usd_scene.ids import path_id, random_id
 from headwater.usd_scene.instances import expand_instancer
+from headwater.usd_scene.lamps import LampSync
 from headwater.usd_scene.material import Materials
 from headwater.usd_scene.mesh import MeshError, read_mesh
 from headwater.usd_scene.report import Report
@@ -50,11 +51,11 @@ class StageSync:
         for text in opened.warnings:
             self.report.once(text, text)
         # UsdLux has no visibility to the camera: lights with a size are seen, as surfaces are.
-        self._light_flags = sum(flags[name] for name in LIGHT_FLAGS)
+        self._lamps = LampSync(scene, self.report, sum(flags[name] for name in LIGHT_FLAGS))
         self.materials = Materials(scene, self.report)
         self.skeletons = Skeletons(opened.stage)
         self._meshes = {}
-        self._sent = {"instance": {}, "light": {}}  # id -> what was sent, to send only what differs
+        self._sent = {"instance": {}}  # id -> what was sent, to send only what differs
         self._camera = self._world = None
 
     def sync(self, frame: float, *, aspect: float, camera: str | None = None) -> float:
@@ -68,10 +69,12 @@ class StageSync:
         diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # USD's own messages become ours
         self.time = Usd.TimeCode(frame)
         self.xforms = UsdGeom.XformCache(self.time)
-        self._seen = {"instance": set(), "light": set()}
+        self._seen = {"instance": set()}
+        self._lamps.begin()
         self._domes = []
         self._placed = []  # (box of a mesh, matrices), for a stage without a camera
         self._visible_prims()
+        self._lamps.send()
         self._remove_unseen()
         self._set_world()
         self._set_camera(camera, aspect)
@@ -265,24 +268,7 @@ class StageSync:
             ):
                 self.report.warn(name, f"lights of type {prim.GetTypeName()} are not supported; it is left out")
             return
-        identifier = path_id(name, "light")
-        matrix = np.ascontiguousarray(lamp.matrix, np.float32)
-        self._send(
-            "light",
-            identifier,
-            (lamp.kind, matrix.tobytes(), lamp.color, lamp.power, tuple(sorted(lamp.options.items()))),
-            lambda: self.scene.upsert_light(
-                identifier,
-                name,
-                lamp.kind,
-                matrix,
-                color=lamp.color,
-                power=lamp.power,
-                flags=self._light_flags,
-                **lamp.options,
-            ),
-            name,
-        )
+        self._lamps.add(path_id(name, "light"), name, lamp)
 
     def _tube(self, prim, matrix):
         """A cylinder light, as an emissive mesh."""
@@ -351,6 +337,3 @@ class StageSync:
                 self.scene.remove_instance(identifier)
             else:
                 self.scene.remove_instances(identifier, count)
-        for identifier in self._sent["light"].keys() - self._seen["light"]:
-            del self._sent["light"][identifier]
-            self.scene.remove_light(identifier)

@@ -52,6 +52,14 @@ InstanceHit instance_load(uint instance) {
 
 uvec3 load_triangle(uint64_t indices, uint primitive) { return word_triple(indices, primitive); }
 
+// A triangle's corners. vertices: its tri_vertices; tri_corners: MeshRecord's.
+uvec3 load_corners(uint64_t tri_corners, uvec3 vertices, uint primitive) {
+  bool in_order = tri_corners == uint64_t(HW_CORNERS_IN_ORDER);
+  uvec3 c = vertices;
+  if (tri_corners != 0ul && !in_order) { c = load_triangle(tri_corners, primitive); }
+  return in_order ? uvec3(0u, 1u, 2u) + 3u * primitive : c;
+}
+
 // Material index of a triangle of an instance; slots beyond the instance's fall to its last.
 uint triangle_material(uint64_t tri_slots, uint slot_offset, uint slot_count, uint primitive) {
   uint slot = tri_slots != 0ul ? byte_at(tri_slots, primitive) : 0u;
@@ -80,8 +88,7 @@ SurfaceGeometry surface_geometry(Hit hit, bool with_uv) {
   vec3 b = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
 
   uvec3 v = load_triangle(word_at(mesh, HW_MESH_WORD_TRI_VERTICES), hit.primitive);
-  uvec3 c = v;
-  if (tri_corners != 0ul) c = load_triangle(tri_corners, hit.primitive);
+  uvec3 c = load_corners(tri_corners, v, hit.primitive);
   uint64_t positions = word_at(mesh, HW_MESH_WORD_POSITIONS);
   vec3 q0 = word_vector(positions, v.x), q1 = word_vector(positions, v.y), q2 = word_vector(positions, v.z);
   vec3 p0 = HW_TRANSFORM_POINT(m, q0);

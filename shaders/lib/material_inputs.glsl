@@ -71,9 +71,10 @@ uint input_find_attribute(uint mesh, uint name) {
 
 // Element indices of the triangle's corners in an attribute.
 uvec3 input_elements(uint mesh, uint domain, uint primitive) {
-  uint64_t corners = HW_MESH(mesh).tri_corners;
-  uint64_t indices = domain == HW_DOMAIN_CORNER && corners != 0ul ? corners : HW_MESH(mesh).tri_vertices;
-  uvec3 e = word_triple(indices, primitive);
+  uint64_t corners = domain == HW_DOMAIN_CORNER ? HW_MESH(mesh).tri_corners : 0ul;
+  bool in_order = corners == uint64_t(HW_CORNERS_IN_ORDER);
+  uvec3 e = word_triple(corners != 0ul && !in_order ? corners : HW_MESH(mesh).tri_vertices, primitive);
+  if (in_order) { e = uvec3(0u, 1u, 2u) + 3u * primitive; }
   return domain == HW_DOMAIN_FACE ? uvec3(primitive) : e;
 }
 

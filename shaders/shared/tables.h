@@ -23,10 +23,12 @@ struct Attribute {
 HW_CONST uint HW_ATTRIBUTE_BYTES = 24u;
 HW_CHECK_SIZE(Attribute, HW_ATTRIBUTE_BYTES)
 
+HW_CONST uint HW_CORNERS_IN_ORDER = 1u;  // in place of an address
+
 struct MeshRecord {
   uint64_t positions;     // vec3[vertices], object space
   uint64_t tri_vertices;  // uint[3 * triangles]
-  uint64_t tri_corners;   // uint[3 * triangles]; 0: same as tri_vertices
+  uint64_t tri_corners;   // uint[3 * triangles]; 0: same as tri_vertices; HW_CORNERS_IN_ORDER: 0, 1, 2, ...
   uint64_t normals;       // vec3[corners]; 0: flat shaded
   uint64_t tri_slots;     // uint8 per triangle: material slot; 0: all slot 0
   uint64_t motion;        // vec3[vertices]: last frame's positions; 0: did not deform

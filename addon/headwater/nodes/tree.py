@@ -26,6 +26,8 @@ class Context:
     def link_into(self, socket):
         """The link in use into a socket, or None. All links of a tree are listed once: asking a socket for its own
         walks through all of them."""
+        if not socket.is_linked:
+            return None
         tree = socket.id_data
         key = tree.as_pointer()
         if key not in self._links:

@@ -264,6 +264,7 @@ class InstanceSync:
     def __init__(self, scene, ids, notes):
         self._scene, self._ids, self._notes = scene, ids, notes
         self._batches: dict[tuple, _Batch] = {}
+        self._early: set[tuple] = set()  # keys of what `send_early` sent for the sync under way
         self.count = 0
 
     def send_early(self, group: Group, row: Row) -> None:
@@ -271,10 +272,12 @@ class InstanceSync:
         if self._scene.early and group.mesh.triangles and np.isfinite(row.matrices).all():
             # Copies: the rows may change with the next sync.
             self._sync_batch(group.key, group, row.matrices.copy(), row.random_ids.copy(), row.keys.copy())
+            self._early.add(group.key)
 
     def sync(self, collected: Collected, still: np.ndarray, breathe) -> None:
         """Sends what changed and removes what is gone. `still`: Collected.still of the last sync."""
         seen = set()
+        early, self._early = self._early, set()
         self.count = 0
         for number, group in enumerate(collected.groups):
             if group.kind != "MESH" or group.mesh is None or not group.mesh.triangles:
@@ -285,6 +288,10 @@ class InstanceSync:
                 continue
             breathe()
             members = collected.members(number)
+            if len(members) == 1 and group.key in early and group.key not in seen:
+                seen.add(group.key)
+                self.count += 1
+                continue
             good = members[collected.finite[members]]
             if len(good) < len(members):
                 self._notes.add(f"Object '{group.name}' left out: its transform is no number", "Object", group.name)
