@@ -7,6 +7,7 @@ what it shows comes back as a dictionary.
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import textwrap
@@ -14,6 +15,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 MARK = "FACTS:"
+# Another Blender than this interpreter's bpy: a Python with a bpy of its own, or "BLENDER -b --python".
+BPY = shlex.split(os.environ.get("HEADWATER_BPY", "")) or [sys.executable]
 
 _PRELUDE = """
 import json, sys
@@ -47,7 +50,7 @@ def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120
     script = Path(tmp) / "script.py"
     script.write_text(prelude + textwrap.dedent(code) + ending, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, str(script), *arguments],
+        [*BPY, str(script), *arguments],
         capture_output=True,
         text=True,
         timeout=timeout,
