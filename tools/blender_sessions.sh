@@ -3,8 +3,8 @@
 # The extension in real Blenders for ./dev test --blender, sourced by it.
 
 # In every launcher of HEADWATER_BLENDERS, or those that tools/real_blender.sh makes in .deps/blender: the extension's life
-# by blender_tests/real/{install,update}.py, then, in a window of a profile with the extension, each *_session.py beside it. What
-# they leave is in out/real.
+# by blender_tests/real/{install,update}.py, then, in a window of a profile with the extension, quit.py and each *_session.py
+# beside it. What they leave is in out/real.
 blender_sessions() {
   local launcher life session place zip launchers=(${HEADWATER_BLENDERS:-})
   package
@@ -23,6 +23,7 @@ blender_sessions() {
     mkdir -p "$place/home"
     checked "profile, $(basename "$launcher")" env BL_HOME="$place/home" "$launcher" \
       --command extension install-file -r user_default -e "$zip"
+    checked "quit, $(basename "$launcher")" "$py" blender_tests/real/quit.py "$launcher" "$place/home" "$place/quit"
     for session in blender_tests/real/*_session.py; do
       mkdir -p "$place/$(basename "$session" .py)"
       checked "$(basename "$session" .py), $(basename "$launcher")" \

@@ -24,6 +24,7 @@
 
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/gil.h"
 #include "python/pixels.h"
 #include "scene/validate.h"
 
@@ -113,7 +114,7 @@ void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positi
     for (const Given<float>& value : values) kept.push_back(value.from);
     mesh.keeper = keeper_of(std::move(kept));
   }
-  std::optional<nb::gil_scoped_release> released;
+  std::optional<WithoutGil> released;
   if (bytes >= kBytesWithoutGil) released.emplace();
   if (!lend) {
     const auto copy = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
