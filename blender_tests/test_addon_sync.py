@@ -426,8 +426,8 @@ def test_camera_depth_of_field_scale_and_panorama(tmp_path):
             camera.panorama_type, camera.fisheye_fov = "FISHEYE_EQUIDISTANT", 2.5
             show(fisheye=sync(), silent=notes.take())
             camera.panorama_type = "FISHEYE_LENS_POLYNOMIAL"
-            sync()
-            show(polynomial=notes.take())
+            camera.fisheye_polynomial_k0, camera.fisheye_polynomial_k3 = 0.25, 0.5
+            show(polynomial=sync(), said=notes.take())
         """,
         tmp_path,
     )
@@ -440,7 +440,9 @@ def test_camera_depth_of_field_scale_and_panorama(tmp_path):
     if "fisheye" in facts:
         assert facts["fisheye"]["panorama"] == "fisheye_equidistant" and facts["silent"] == []
         assert facts["fisheye"]["range"][0] == pytest.approx(2.5)
-        assert "panorama" in facts["polynomial"][0]
+        polynomial = facts["polynomial"]
+        assert polynomial["panorama"] == "fisheye_polynomial" and facts["said"] == []
+        assert polynomial["range"][:3] == pytest.approx([2.5, 0.25, 36]) and polynomial["lens"][2] == 0.5
 
 
 def test_lights(tmp_path):
