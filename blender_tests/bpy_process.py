@@ -15,7 +15,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 MARK = "FACTS:"
-# Another Blender than this interpreter's bpy: a Python with a bpy of its own, or "BLENDER -b --python".
+# Another than this interpreter's bpy: the command of a Python with a bpy of its own, or "BLENDER -b --python".
 BPY = shlex.split(os.environ.get("HEADWATER_BPY", "")) or [sys.executable]
 
 _PRELUDE = """
@@ -40,8 +40,11 @@ _FAKE = "import fake_core\ncore = fake_core.install()"
 _REAL = "import headwater._core as core"
 
 
-def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120, check: bool = True) -> dict:
-    """All facts shown by the code, with "stdout", "stderr" and "status". AssertionError when the process fails."""
+def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120, check: bool = True, bpy=BPY) -> dict:
+    """All facts shown by the code, with "stdout", "stderr" and "status". AssertionError when the process fails.
+
+    bpy: a command that runs a script where there is a bpy.
+    """
     prelude = _PRELUDE.format(
         root=str(HERE.parent), here=str(HERE), tmp=str(tmp), mark=MARK, core=_FAKE if fake else _REAL
     )
@@ -50,7 +53,7 @@ def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120
     script = Path(tmp) / "script.py"
     script.write_text(prelude + textwrap.dedent(code) + ending, encoding="utf-8")
     done = subprocess.run(
-        [*BPY, str(script), *arguments],
+        [*bpy, str(script), *arguments],
         capture_output=True,
         text=True,
         timeout=timeout,

@@ -56,6 +56,10 @@ run_tests() {
         blender_sessions
         return
         ;;
+      --bpy)
+        bpy_sessions
+        return
+        ;;
       *) break ;;
     esac
     shift
