@@ -666,3 +666,25 @@ show(count=max(seen), seconds=time.time() - start)
     )
     assert facts["count"] > 1_000_000
     assert facts["seconds"] < 30
+
+
+def test_object_settings_that_are_not_followed_are_said(tmp_path):
+    facts = run(
+        """
+        from headwater_addon.sync.state import SceneSync
+        def notes():
+            sync = SceneSync(core)
+            sync.sync(bpy.context.evaluated_depsgraph_get(), False)
+            return [(str(note), note.kind, note.name) for note in sync.notes.take()]
+        before = notes()
+        bpy.data.objects["Cube"].is_shadow_catcher = True
+        bpy.data.objects["Light"].light_linking.receiver_collection = bpy.data.collections.new("lit")
+        bpy.context.view_layer.update()
+        show(before=before, after=notes())
+        """,
+        tmp_path,
+    )
+    assert facts["before"] == []
+    (catcher, linked) = sorted(facts["after"], key=lambda note: note[1], reverse=True)
+    assert catcher[1:] == ["Object", "Cube"] and "shadow catcher" in catcher[0]
+    assert linked[1:] == ["Light", "Light"] and "light linking" in linked[0]
