@@ -7,6 +7,7 @@ what it shows comes back as a dictionary.
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import textwrap
@@ -14,6 +15,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 MARK = "FACTS:"
+# Another than this interpreter's bpy: the command of a Python with a bpy of its own, or "BLENDER -b --python".
+BPY = shlex.split(os.environ.get("HEADWATER_BPY", "")) or [sys.executable]
 
 _PRELUDE = """
 import json, sys
@@ -37,8 +40,11 @@ _FAKE = "import fake_core\ncore = fake_core.install()"
 _REAL = "import headwater._core as core"
 
 
-def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120, check: bool = True) -> dict:
-    """All facts shown by the code, with "stdout", "stderr" and "status". AssertionError when the process fails."""
+def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120, check: bool = True, bpy=BPY) -> dict:
+    """All facts shown by the code, with "stdout", "stderr" and "status". AssertionError when the process fails.
+
+    bpy: a command that runs a script where there is a bpy.
+    """
     prelude = _PRELUDE.format(
         root=str(HERE.parent), here=str(HERE), tmp=str(tmp), mark=MARK, core=_FAKE if fake else _REAL
     )
@@ -47,7 +53,7 @@ def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120
     script = Path(tmp) / "script.py"
     script.write_text(prelude + textwrap.dedent(code) + ending, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, str(script), *arguments],
+        [*bpy, str(script), *arguments],
         capture_output=True,
         text=True,
         timeout=timeout,

@@ -159,6 +159,7 @@ class Scene:
         ratio=1,
         panorama="equirectangular",
         range=(0, 0, 0, 0),
+        lens=(0, 0, 0, 0),
     ):
         _array("camera", matrix, np.float32, 3, 4)
         self.camera = {k: v for k, v in locals().items() if k != "self"}

@@ -426,8 +426,8 @@ def test_camera_depth_of_field_scale_and_panorama(tmp_path):
             camera.panorama_type, camera.fisheye_fov = "FISHEYE_EQUIDISTANT", 2.5
             show(fisheye=sync(), silent=notes.take())
             camera.panorama_type = "FISHEYE_LENS_POLYNOMIAL"
-            sync()
-            show(polynomial=notes.take())
+            camera.fisheye_polynomial_k0, camera.fisheye_polynomial_k3 = 0.25, 0.5
+            show(polynomial=sync(), said=notes.take())
         """,
         tmp_path,
     )
@@ -440,7 +440,9 @@ def test_camera_depth_of_field_scale_and_panorama(tmp_path):
     if "fisheye" in facts:
         assert facts["fisheye"]["panorama"] == "fisheye_equidistant" and facts["silent"] == []
         assert facts["fisheye"]["range"][0] == pytest.approx(2.5)
-        assert "panorama" in facts["polynomial"][0]
+        polynomial = facts["polynomial"]
+        assert polynomial["panorama"] == "fisheye_polynomial" and facts["said"] == []
+        assert polynomial["range"][:3] == pytest.approx([2.5, 0.25, 36]) and polynomial["lens"][2] == 0.5
 
 
 def test_lights(tmp_path):
@@ -664,3 +666,25 @@ show(count=max(seen), seconds=time.time() - start)
     )
     assert facts["count"] > 1_000_000
     assert facts["seconds"] < 30
+
+
+def test_object_settings_that_are_not_followed_are_said(tmp_path):
+    facts = run(
+        """
+        from headwater_addon.sync.state import SceneSync
+        def notes():
+            sync = SceneSync(core)
+            sync.sync(bpy.context.evaluated_depsgraph_get(), False)
+            return [(str(note), note.kind, note.name) for note in sync.notes.take()]
+        before = notes()
+        bpy.data.objects["Cube"].is_shadow_catcher = True
+        bpy.data.objects["Light"].light_linking.receiver_collection = bpy.data.collections.new("lit")
+        bpy.context.view_layer.update()
+        show(before=before, after=notes())
+        """,
+        tmp_path,
+    )
+    assert facts["before"] == []
+    (catcher, linked) = sorted(facts["after"], key=lambda note: note[1], reverse=True)
+    assert catcher[1:] == ["Object", "Cube"] and "shadow catcher" in catcher[0]
+    assert linked[1:] == ["Light", "Light"] and "light linking" in linked[0]

@@ -309,7 +309,7 @@ worker._denoise = lambda request, *rest: (tried.append(request.edition), denoise
 late = request(edition=2, denoise_from=9)
 worker.ask(late)
 wait_for(lambda: finished(late))
-worker.close(10.0)
+worker.close(); worker.join(10.0)
 show(alpha=bool((pixels[..., 3] == noise[..., 3]).all()), same=bool((pixels == noise).all()), tried=tried,
      shape=pixels.shape, last=[each for each in shown if each[2] == 1][-1])
 """,
@@ -334,7 +334,7 @@ due = worker._denoising_due(asked, coarse)
 worker._denoise_coarse(asked, passes, coarse)
 worker._coarse_rate = 1.0
 slow = worker._denoising_due(asked, coarse)
-worker.close(10.0)
+worker.close(); worker.join(10.0)
 show(due=due, slow=slow, seen=seen)
 """,
         tmp_path,
@@ -362,7 +362,7 @@ assert begun.wait(10)
 newer = request(edition=2, denoise=None)
 worker.ask(newer)
 wait_for(lambda: finished(newer), 10)
-worker.close(10.0)
+worker.close(); worker.join(10.0)
 show(ended=ended, problem=worker.not_denoised)
 """,
         tmp_path,
@@ -378,7 +378,7 @@ def test_viewport_without_the_library_stays_noisy_and_says_so(tmp_path):
 asked = request()
 worker.ask(asked)
 wait_for(lambda: finished(asked) and worker.not_denoised)
-worker.close(10.0)
+worker.close(); worker.join(10.0)
 show(why=worker.not_denoised, denoised=worker.picture.denoised, error=worker.error)
 """,
         tmp_path,

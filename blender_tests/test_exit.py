@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The interpreter ends while a render runs and its session is still held: the render ends first, the process well."""
+"""The interpreter ends while a render runs, its session is held, a thread waits for it: the process ends well."""
 
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 CODE = """
 import atexit, ctypes, sys
@@ -18,14 +20,27 @@ held.append(session)
 session.sync()
 session.start(dict(width=256, height=256, samples=1 << 30))
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(session))  # as a module does that is never unloaded
+{beside}
 while {while_} and session.progress()["sample"] == 0:
     session.wait(5)
 """
 
 
-def _run(while_):
+# Threads that the interpreter leaves behind, nearly always within a call that gave up the interpreter's lock.
+THREADS = """
+import threading
+def forever(call):
+    while True:
+        try: call()
+        except (RuntimeError, ValueError): pass
+for call in (lambda: session.wait(5), lambda: session.read("Combined"), session.finish):
+    threading.Thread(target=forever, args=(call,), daemon=True).start()
+"""
+
+
+def _run(while_, beside=""):
     here = Path(__file__).resolve().parent
-    code = CODE.format(root=str(here.parent), here=str(here), while_=while_)
+    code = CODE.format(root=str(here.parent), here=str(here), while_=while_, beside=beside)
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
 
 
@@ -37,3 +52,10 @@ def test_while_rendering(core):
 def test_while_compiling(core):
     done = _run(False)
     assert done.returncode == 0 and "finished: True" in done.stdout, (done.stdout, done.stderr)
+
+
+@pytest.mark.parametrize("turn", range(4))
+def test_while_other_threads_wait_for_the_render(core, turn):
+    done = _run(True, THREADS)
+    assert done.returncode == 0 and "finished: True" in done.stdout, (done.stdout, done.stderr)
+    assert not done.stderr

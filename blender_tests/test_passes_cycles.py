@@ -193,6 +193,10 @@ def test_panoramas(tmp_path):
         ("EQUIRECTANGULAR", part),
         ("FISHEYE_EQUIDISTANT", dict(fisheye_fov=2.6)),
         ("FISHEYE_EQUISOLID", dict(fisheye_lens=10.5, fisheye_fov=2.2)),
+        (
+            "FISHEYE_LENS_POLYNOMIAL",
+            {f"fisheye_polynomial_k{i}": k for i, k in enumerate((0, -0.06, -4e-4, 3e-6, -2e-7))},
+        ),
         ("MIRRORBALL", {}),
         ("EQUIANGULAR_CUBEMAP_FACE", {}),
         ("CENTRAL_CYLINDRICAL", dict(central_cylindrical_range_v_min=-1.0, central_cylindrical_range_v_max=0.7)),

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks every tracked or new file: licence header, no machine path or package host, no large file, a sane size.
+"""Checks every tracked or new file: licence header, no machine path or package host, no large file, a safe GIL.
 
 python3 tools/check_tree.py      # prints PATH:LINE: complaint; exit status 1 when there is one
 """
@@ -31,6 +31,7 @@ STRAY = [
     (re.compile(r"https?://(?:localhost|\d+\.\d+\.\d+\.\d+)"), "host of one machine"),
 ]
 SELF = "tools/check_tree.py"
+UNSAFE_GIL = re.compile(r"gil_scoped_\w+")  # abort where the interpreter has ended: core/python/gil.h
 
 
 def files():
@@ -74,6 +75,8 @@ def complaints(path):
             found = pattern.search(line)
             if found:
                 yield number, f"{what}: {found.group(0)}"
+        if path.startswith("core/") and UNSAFE_GIL.search(line):
+            yield number, f"{UNSAFE_GIL.search(line).group(0)}: use WithoutGil and WithGil"
         if re.match(r"(<{7}|>{7}|={7})(\s|$)", line):
             yield number, "merge conflict mark"
 

@@ -56,6 +56,10 @@ run_tests() {
         blender_sessions
         return
         ;;
+      --bpy)
+        bpy_sessions
+        return
+        ;;
       *) break ;;
     esac
     shift
@@ -81,6 +85,9 @@ run_tests() {
     if [ "${CI:-}" = true ] || (fetch_python_headers); then
       checked "the extension" package_apart
       validation+=(HEADWATER_REQUIRE_PACKAGE=1)
+      if fetch_blender; then
+        checked "a real Blender" brief_blender "$(ls -t out/headwater-*-linux-x64.zip | head -n 1)"
+      fi
     else
       say "NO headers of Python 3.13: the extension is not made, its tests are skipped"
     fi

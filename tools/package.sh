@@ -23,16 +23,21 @@ collect_oidn() {
   printf '%s\n' "$key" >"$collected.made-of"
 }
 
-package() {
-  local bpy
-  setup demo
-  need_packages "packaging tools" "${apt_package[@]}"
-  venv_with requirements/package.txt
+# The module for Python 3.12 on, in build/release/abi3.
+build_stable_abi() {
   fetch_python_headers
   build release
   run_step "configure the module for Python 3.12 on" \
     cmake -B build/release -DHEADWATER_STABLE_ABI_HEADERS="$python_headers/include"
   build release --target _core_abi3
+}
+
+package() {
+  local bpy
+  setup demo
+  need_packages "packaging tools" "${apt_package[@]}"
+  venv_with requirements/package.txt
+  build_stable_abi
   collect_oidn
   bpy=$("$py" -c 'import importlib.util; print(importlib.util.find_spec("bpy").submodule_search_locations[0])')
   step="package"

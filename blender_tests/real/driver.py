@@ -151,8 +151,11 @@ class Session:
             assert time.perf_counter() < end, f"{what}: not within {seconds} s; {[v.status for v in self.views]}"
             yield 0.02
 
-    def settled(self, samples: int = 4, seconds: float = 20.0):
-        """Waits for a picture of this moment at full resolution with that many samples."""
+    def settled(self, samples: int = 4, seconds: float = 20.0, after=None):
+        """Waits for a picture of this moment at full resolution with that many samples.
+
+        `after`: the Request of the picture before an edit; the edit must lead to another.
+        """
         for _ in range(2):  # Blender's own turn: the edit reaches the dependency graph, and the viewport is drawn
             drawn = sum(view.draws for view in self.views)
             self.area.tag_redraw()
@@ -162,6 +165,12 @@ class Session:
 
         def ready() -> bool:
             picture = self.picture()
-            return picture is not None and picture.divider == 1 and picture.samples >= samples
+            if picture is None or picture.divider > 1 or picture.samples < samples:
+                return False
+            return after is None or picture.request != after
 
-        yield from self.until(ready, seconds, f"a picture of {samples} samples")
+        yield from self.until(ready, seconds, f"a{'nother' if after else ''} picture of {samples} samples")
+
+    def no_render(self, seconds: float = 20.0):
+        """Waits until no final render runs: Blender begins none beside another."""
+        yield from self.until(lambda: not bpy.app.is_job_running("RENDER"), seconds, "the render's end")

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "lights/alias_table.h"
@@ -36,10 +37,14 @@ class TriangleWriter {
     unusable_.assign(input_.instances.size(), 0);
     const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
     const std::size_t workers = std::min<std::size_t>(cores, tasks_.size() / 2);
-    std::vector<std::thread> threads;
-    for (std::size_t t = 1; t < workers; ++t) threads.emplace_back([this] { work(); });
-    work();
-    for (std::thread& t : threads) t.join();
+    {
+      std::vector<std::jthread> threads;
+      try {
+        for (std::size_t t = 1; t < workers; ++t) threads.emplace_back([this] { work(); });
+      } catch (const std::system_error&) {  // those there are do it
+      }
+      work();
+    }
     if (!error_.empty()) throw SceneError(error_);
     for (std::uint32_t i : which) {
       if (unusable_[i])

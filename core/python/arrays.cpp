@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "python/gil.h"
+
 namespace hw::python {
 namespace {
 
@@ -36,7 +38,7 @@ std::string type_text(const nb::dlpack::dtype& type) {
 std::shared_ptr<const void> keeper_of(std::vector<AnyArray> arrays) {
   const auto drop = [](const std::vector<AnyArray>* kept) {
     if (!nb::is_alive()) return;  // the interpreter ended: its objects are gone
-    nb::gil_scoped_acquire acquire;
+    const WithGil acquire;
     delete kept;
   };
   return std::shared_ptr<const std::vector<AnyArray>>(new std::vector<AnyArray>(std::move(arrays)), drop);

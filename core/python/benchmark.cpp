@@ -5,6 +5,7 @@
 #include <nanobind/stl/string.h>
 
 #include "python/bind.h"
+#include "python/gil.h"
 
 namespace hw::python {
 
@@ -14,7 +15,7 @@ nb::list run(std::uint32_t triangles, std::uint32_t rays, int repeats, const std
              const std::string& tracer, int threads) {
   std::vector<TracerBenchRow> rows;
   {
-    nb::gil_scoped_release release;
+    const WithoutGil release;
     Device own(device, false, threads);
     rows = tracer_benchmark(own, tracer, threads, {{triangles}, rays, repeats});
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "python/bind.h"
+#include "python/gil.h"
 #include "session/session.h"
 
 namespace hw::python {
@@ -24,7 +25,7 @@ std::vector<std::weak_ptr<Context>>& contexts() {
 }
 
 void close_all() {
-  nb::gil_scoped_release release;
+  const WithoutGil release;
   std::vector<std::weak_ptr<Context>> all;
   {
     std::lock_guard lock(contexts_mutex());
@@ -42,6 +43,9 @@ void close_at_exit(const std::shared_ptr<Context>& context) {
   contexts().push_back(context);
 }
 
-void bind_exit() { nb::module_::import_("atexit").attr("register")(nb::cpp_function(&close_all)); }
+void bind_exit() {
+  nb::set_leak_warnings(false);  // what outlives the interpreter is no news to those who quit Blender
+  nb::module_::import_("atexit").attr("register")(nb::cpp_function(&close_all));
+}
 
 }  // namespace hw::python

@@ -12,6 +12,7 @@
 #include "image_files/decoder.h"
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/gil.h"
 
 namespace hw::python {
 
@@ -32,7 +33,7 @@ struct Decoder {
     decoder = std::make_unique<ImageDecoder>(threads);
   }
   ~Decoder() {
-    nb::gil_scoped_release release;
+    const WithoutGil release;
     decoder.reset();
   }
 };
@@ -53,7 +54,7 @@ std::size_t add(Decoder& self, nb::handle file) {
 nb::object take_pixels(Decoder& self, std::size_t number) {
   std::unique_ptr<DecodedImage> image;
   {
-    nb::gil_scoped_release release;
+    const WithoutGil release;
     if (auto found = self.decoder->take(number)) image = std::make_unique<DecodedImage>(std::move(*found));
   }
   if (!image) return nb::none();

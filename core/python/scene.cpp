@@ -24,6 +24,7 @@
 
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/gil.h"
 #include "python/pixels.h"
 #include "scene/validate.h"
 
@@ -113,7 +114,7 @@ void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positi
     for (const Given<float>& value : values) kept.push_back(value.from);
     mesh.keeper = keeper_of(std::move(kept));
   }
-  std::optional<nb::gil_scoped_release> released;
+  std::optional<WithoutGil> released;
   if (bytes >= kBytesWithoutGil) released.emplace();
   if (!lend) {
     const auto copy = [](auto& to, const auto& from) { to.assign(from.begin(), from.end()); };
@@ -171,13 +172,13 @@ void set_world(Scene& scene, const std::string& name, Color color, Id material, 
 constexpr float kPi = std::numbers::pi_v<float>;
 
 // By HW_PANORAMA_*.
-constexpr std::string_view kPanoramas[] = {"equirectangular", "fisheye_equidistant", "fisheye_equisolid",
-                                           "mirror_ball",     "cube_face",           "cylindrical"};
+constexpr std::string_view kPanoramas[] = {"equirectangular", "fisheye_equidistant", "fisheye_equisolid", "mirror_ball",
+                                           "cube_face",       "cylindrical",         "fisheye_polynomial"};
 
 void set_camera(Scene& scene, const std::string& kind, nb::object matrix, std::tuple<float, float, float, float> plane,
                 std::tuple<float, float> clip, float aperture_radius, float focus_distance, std::uint32_t blades,
-                float rotation, float ratio, const std::string& panorama,
-                std::tuple<float, float, float, float> range) {
+                float rotation, float ratio, const std::string& panorama, std::tuple<float, float, float, float> range,
+                std::tuple<float, float, float, float> lens) {
   CameraData camera{};
   if (kind == "perspective")
     camera.type = HW_CAMERA_PERSPECTIVE;
@@ -201,6 +202,8 @@ void set_camera(Scene& scene, const std::string& kind, nb::object matrix, std::t
   camera.panorama = static_cast<std::uint32_t>(known - std::begin(kPanoramas));
   float* r = camera.panorama_range;
   std::tie(r[0], r[1], r[2], r[3]) = range;
+  float* k = camera.panorama_lens;
+  std::tie(k[0], k[1], k[2], k[3]) = lens;
   scene.set_camera(camera);
 }
 
@@ -313,27 +316,32 @@ void bind_shading(nb::class_<Scene>& scene) {
            "color: constant radiance, when material is 0. material: id of one whose program ends in a background.\n"
            "importance_width: resolution of its importance map, 0: by its images. sample: sample it as a light.\n"
            "flags: HW_LIGHT_* bits, which rays see it.")
-      .def("set_camera", &set_camera, "kind"_a, "matrix"_a, "plane"_a, nb::kw_only(),
-           "clip"_a = std::make_tuple(0.1f, 1000.0f), "aperture_radius"_a = 0.0f, "focus_distance"_a = 10.0f,
-           "blades"_a = 0, "rotation"_a = 0.0f, "ratio"_a = 1.0f, "panorama"_a = "equirectangular",
-           "range"_a = std::make_tuple(-kPi, kPi, -0.5f * kPi, 0.5f * kPi),
-           "Sets the camera.\n\n"
-           "kind: \"perspective\", \"orthographic\" or \"panoramic\". matrix: (3, 4), it looks along its -Z, Y is up.\n"
-           "plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in "
-           "metres\n"
-           "    (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres "
-           "along "
-           "the\n"
-           "    viewing direction.\n"
-           "aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.\n"
-           "rotation: radians. ratio: of the aperture, 1: round.\n"
-           "panorama: \"equirectangular\", range: longitude from, to, latitude from, to, radians;\n"
-           "    \"fisheye_equidistant\": field of view, radians; \"fisheye_equisolid\": focal length, field of view, "
-           "width and\n"
-           "    height of the sensor; \"mirror_ball\"; \"cube_face\" (equiangular); \"cylindrical\": longitude from, "
-           "to, "
-           "height\n"
-           "    from, to over the radius. What a kind does not say is not looked at.");
+      .def(
+          "set_camera", &set_camera, "kind"_a, "matrix"_a, "plane"_a, nb::kw_only(),
+          "clip"_a = std::make_tuple(0.1f, 1000.0f), "aperture_radius"_a = 0.0f, "focus_distance"_a = 10.0f,
+          "blades"_a = 0, "rotation"_a = 0.0f, "ratio"_a = 1.0f, "panorama"_a = "equirectangular",
+          "range"_a = std::make_tuple(-kPi, kPi, -0.5f * kPi, 0.5f * kPi), "lens"_a = std::make_tuple(0, 0, 0, 0),
+          "Sets the camera.\n\n"
+          "kind: \"perspective\", \"orthographic\" or \"panoramic\". matrix: (3, 4), it looks along its -Z, Y is up.\n"
+          "plane: (left, right, bottom, top) of the full frame, in camera space at distance 1 (perspective) or in "
+          "metres\n"
+          "    (orthographic) or as a part of the whole panorama, which is (0, 1, 0, 1). clip: (start, end), metres "
+          "along "
+          "the\n"
+          "    viewing direction.\n"
+          "aperture_radius: metres, 0: everything in focus. focus_distance: metres. blades: below 3: round.\n"
+          "rotation: radians. ratio: of the aperture, 1: round.\n"
+          "panorama: \"equirectangular\", range: longitude from, to, latitude from, to, radians;\n"
+          "    \"fisheye_equidistant\": field of view, radians; \"fisheye_equisolid\": focal length, field of view, "
+          "width and\n"
+          "    height of the sensor; \"mirror_ball\"; \"cube_face\" (equiangular); \"cylindrical\": longitude from, "
+          "to, "
+          "height\n"
+          "    from, to over the radius; \"fisheye_polynomial\": field of view, constant term, width and height of the "
+          "sensor,\n"
+          "    and lens: coefficients of the distance from its middle, of its square, cube and fourth power. What a "
+          "kind does\n"
+          "    not say is not looked at.");
 }
 
 }  // namespace

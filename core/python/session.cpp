@@ -12,6 +12,7 @@
 
 #include "python/arrays.h"
 #include "python/bind.h"
+#include "python/gil.h"
 #include "python/settings.h"
 
 namespace hw::python {
@@ -87,7 +88,7 @@ nb::list integrator_dicts() {
 nb::list devices() {
   std::vector<DeviceInfo> found;
   {
-    nb::gil_scoped_release release;  // loads drivers
+    const WithoutGil release;  // loads drivers
     found = list_devices();
   }
   nb::list list;
@@ -98,7 +99,7 @@ nb::list devices() {
 std::shared_ptr<Context> new_context(const std::string& device, const std::string& tracer, int threads,
                                      bool validation) {
   if (threads < 0) throw nb::value_error("threads must be 0 (all) or more");
-  nb::gil_scoped_release release;
+  const WithoutGil release;
   auto context = make_context(device, tracer, threads, validation);
   close_at_exit(context);
   return context;
@@ -107,7 +108,7 @@ std::shared_ptr<Context> new_context(const std::string& device, const std::strin
 nb::dict sync(Session& session) {
   SyncReport r;
   {
-    nb::gil_scoped_release release;
+    const WithoutGil release;
     r = session.sync();
   }
   session.scene().take_done_keepers();  // their end needs the GIL, which is not waited for while anything is built
@@ -160,7 +161,7 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
   if (out.is_none()) {
     auto pixels = std::make_unique<float[]>(std::size_t{width} * height * channels);
     {
-      nb::gil_scoped_release release;
+      const WithoutGil release;
       session.read(name, pixels.get(), std::size_t{width} * height * channels);
     }
     float* data = pixels.get();
@@ -172,7 +173,7 @@ nb::object read(const Session& session, const std::string& name, nb::object out)
   nb::ndarray<nb::device::cpu> target;
   if (!nb::try_cast(out, target)) throw nb::value_error("out must be writable");
   float* data = static_cast<float*>(target.data());
-  nb::gil_scoped_release release;
+  const WithoutGil release;
   session.read(name, data, std::size_t{width} * height * channels);
   return out;
 }
@@ -229,21 +230,21 @@ void bind_session(nb::module_& m) {
           "start",
           [](Session& self, const nb::dict& settings) {
             const RenderSettings s = take_settings(settings);
-            nb::gil_scoped_release release;
+            const WithoutGil release;
             self.start(s);
           },
           "settings"_a,
           "Begins rendering on the core's own thread. `settings`: the members of RenderSettings "
           "(docs/architecture.md); only\n"
           "width and height must be there. ValueError or TypeError names a bad one.")
-      .def("wait", &Session::wait, "milliseconds"_a, nb::call_guard<nb::gil_scoped_release>(),
+      .def("wait", &Session::wait, "milliseconds"_a, nb::call_guard<WithoutGil>(),
            "Waits; True when the render has ended.")
       .def("progress", &progress,
            "sample, samples, rays, mrays (million a second), seconds, remaining (below 0: not known), memory (bytes), "
            "stage,\n"
            "finished, cancelled, error.")
       .def("cancel", &Session::cancel, "Asks the render to end soon; what was accumulated stays readable.")
-      .def("finish", &Session::finish, nb::call_guard<nb::gil_scoped_release>(),
+      .def("finish", &Session::finish, nb::call_guard<WithoutGil>(),
            "Waits for the end; raises what ended the render, if an error did.")
       .def("passes", &Session::passes, "[(name, channels)] of the render, in the order asked for.")
       .def("read", &read, "name"_a, "out"_a = nb::none(),

@@ -322,10 +322,19 @@ void check_panorama(const std::string& label, const CameraData& camera) {
   require_finite(label, range, 4, "the panorama's range");
   const bool fisheye = camera.panorama == HW_PANORAMA_FISHEYE_EQUIDISTANT;
   const bool equisolid = camera.panorama == HW_PANORAMA_FISHEYE_EQUISOLID;
+  const bool polynomial = camera.panorama == HW_PANORAMA_FISHEYE_POLYNOMIAL;
   const bool ranges = camera.panorama == HW_PANORAMA_EQUIRECTANGULAR || camera.panorama == HW_PANORAMA_CYLINDRICAL;
   if (fisheye && !(range[0] > 0)) fail(label, "the fisheye's field of view must be above 0");
   if (equisolid && !(range[0] > 0 && range[1] > 0 && range[2] > 0 && range[3] > 0))
     fail(label, "the fisheye's lens, field of view and sensor must be above 0");
+  if (polynomial) {
+    const float* lens = camera.panorama_lens;
+    require_finite(label, lens, 4, "the fisheye's polynomial");
+    if (!(range[0] > 0 && range[2] > 0 && range[3] > 0))
+      fail(label, "the fisheye's field of view and sensor must be above 0");
+    if (std::all_of(lens, lens + 4, [](float k) { return k == 0; }))
+      fail(label, "the fisheye's polynomial is constant");
+  }
   if (ranges && !(range[1] > range[0] && range[3] > range[2])) fail(label, "the panorama's range is empty");
 }
 

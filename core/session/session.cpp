@@ -59,7 +59,7 @@ void Context::give_back(std::unique_ptr<Tracer> tracer) {
 
 bool Context::begin(std::atomic<bool>* cancel) {
   std::lock_guard lock(mutex_);
-  if (busy_) return false;
+  if (busy_ || closed_) return false;
   busy_ = true;
   cancel_ = cancel;
   return true;
@@ -75,6 +75,7 @@ void Context::end() {
 void Context::close() {
   {
     std::unique_lock lock(mutex_);
+    closed_ = true;
     if (cancel_) *cancel_ = true;
     ended_.wait(lock, [this] { return !busy_; });
   }
@@ -112,7 +113,10 @@ void check(const RenderSettings& s) {
 std::uint32_t region_width(const RenderSettings& s) { return s.region[2] - s.region[0]; }
 std::uint32_t region_height(const RenderSettings& s) { return s.region[3] - s.region[1]; }
 
-constexpr const char* kBusy = "another session is rendering on this device: wait until it has finished";
+[[noreturn]] void refuse(const Context& context) {
+  throw std::logic_error(context.closed() ? "the process is ending: nothing is rendered any more"
+                                          : "another session is rendering on this device: wait until it has finished");
+}
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
@@ -193,7 +197,7 @@ SyncReport Session::sync() {
     if (d.running) throw std::logic_error("the scene can't be synced while it is being rendered");
   }
   d.join();
-  if (!d.context->begin(nullptr)) throw std::logic_error(kBusy);
+  if (!d.context->begin(nullptr)) refuse(*d.context);
   const std::unique_ptr<Context, void (*)(Context*)> until_return(d.context.get(), [](Context* c) { c->end(); });
   const auto t0 = std::chrono::steady_clock::now();
   d.scene->commit();
@@ -243,7 +247,7 @@ void Session::start(const RenderSettings& asked) {
     if (s.samples <= d.counts.samples) throw std::logic_error("the picture to go on with has its samples already");
   }
   d.cancelled = false;
-  if (!d.context->begin(&d.cancelled)) throw std::logic_error(kBusy);
+  if (!d.context->begin(&d.cancelled)) refuse(*d.context);
   d.context->device->reset_stage_times();
   d.wants_download = false;
   {

@@ -36,12 +36,14 @@ struct Context {
   void give_back(std::unique_ptr<Tracer> tracer);
   const std::string& tracer_name() const { return tracer_name_; }  // as Tracer::name()
 
-  // One session at a time renders or syncs. begin(): false when another does; `cancel` is the flag that ends it early,
-  // null where nothing does. end() follows every begin() that was true.
+  // One session at a time renders or syncs. begin(): false when another does, or after close(); `cancel` is the flag
+  // that ends it early, null where nothing does. end() follows every begin() that was true.
   bool begin(std::atomic<bool>* cancel);
   void end();
-  // Cancels what is under way and waits until no thread of the context's runs: before the process ends.
+  // Cancels what is under way and waits until no thread of the context's works; nothing begins any more. Before the
+  // process ends.
   void close();
+  bool closed() const { return closed_; }
 
  private:
   friend std::shared_ptr<Context> make_context(const std::string&, const std::string&, int, bool);
@@ -50,6 +52,7 @@ struct Context {
   std::mutex mutex_;
   std::condition_variable ended_;
   bool busy_ = false;
+  std::atomic<bool> closed_{false};
   std::atomic<bool>* cancel_ = nullptr;
 };
 std::shared_ptr<Context> make_context(const std::string& device, const std::string& tracer, int threads,

@@ -198,18 +198,23 @@ TEST_CASE("every panorama: projection inverts the rays, and is as wide as it say
     uint kind;
     std::array<float, 4> range;
     float widest;  // distance from the middle within which there is a picture
+    std::array<float, 4> lens = {};
   };
+  const std::array<float, 4> bent = {-0.02f, -3e-4f, 3e-6f, -2.6e-8f}, mirrored = {0.018f, 0, 2e-5f, 0};
   const Kind kinds[] = {{HW_PANORAMA_EQUIRECTANGULAR, {-1.2f, 2.0f, -0.4f, 0.9f}, 1},
                         {HW_PANORAMA_FISHEYE_EQUIDISTANT, {3.5f, 0, 0, 0}, 0.5f},
                         {HW_PANORAMA_FISHEYE_EQUISOLID, {10.5f, 3.0f, 36, 30}, 0.39f},
                         {HW_PANORAMA_MIRROR_BALL, {0, 0, 0, 0}, 0.5f},
                         {HW_PANORAMA_CUBE_FACE, {0, 0, 0, 0}, 1},
-                        {HW_PANORAMA_CYLINDRICAL, {-2.5f, 2.5f, -0.5f, 1.5f}, 1}};
+                        {HW_PANORAMA_CYLINDRICAL, {-2.5f, 2.5f, -0.5f, 1.5f}, 1},
+                        {HW_PANORAMA_FISHEYE_POLYNOMIAL, {3.5f, 1e-5f, 60, 50}, 0.5f, bent},
+                        {HW_PANORAMA_FISHEYE_POLYNOMIAL, {3.5f, 0.05f, 60, 50}, 0.5f, mirrored}};
   std::mt19937 engine(7);
   std::uniform_real_distribution<float> uniform(0, 1);
   for (const Kind& k : kinds) {
     CameraRecord c = camera(HW_CAMERA_PANORAMIC);
     set_panorama(c, k.kind, k.range);
+    std::copy(k.lens.begin(), k.lens.end(), c.panorama_lens);
     c.left = -0.1f, c.top = 1.3f;  // a viewport sees more than the frame
     turn(c);
     for (int i = 0; i < 300; ++i) {
@@ -226,10 +231,11 @@ TEST_CASE("every panorama: projection inverts the rays, and is as wide as it say
     }
     // Across the middle a small step turns by about the width over its share.
     if (k.kind == HW_PANORAMA_MIRROR_BALL || k.kind == HW_PANORAMA_FISHEYE_EQUISOLID) continue;
-    const vec3 a = panorama_to_direction(k.kind, camera_panorama_range(c), vec2(0.49f, 0.5f));
-    const vec3 b = panorama_to_direction(k.kind, camera_panorama_range(c), vec2(0.51f, 0.5f));
+    const vec3 a = panorama_to_direction(k.kind, camera_panorama_range(c), camera_panorama_lens(c), vec2(0.49f, 0.5f));
+    const vec3 b = panorama_to_direction(k.kind, camera_panorama_range(c), camera_panorama_lens(c), vec2(0.51f, 0.5f));
     CHECK(glm::distance(a, b) ==
-          doctest::Approx(0.02f * panorama_width(k.kind, camera_panorama_range(c))).epsilon(0.2));
+          doctest::Approx(0.02f * panorama_width(k.kind, camera_panorama_range(c), camera_panorama_lens(c)))
+              .epsilon(0.2));
   }
 }
 
@@ -241,6 +247,10 @@ TEST_CASE("fisheyes and mirror balls show nothing outside their circle") {
   CHECK(near(ray(c, vec2(1, 0.5f)).direction, vec3(std::sin(1.5f), 0, -std::cos(1.5f))));
   set_panorama(c, HW_PANORAMA_FISHEYE_EQUISOLID, {10, 1, 36, 24});  // sees less than the sensor is large
   CHECK(ray(c, vec2(0.9f, 0.5f)).direction == vec3(0));
+  set_panorama(c, HW_PANORAMA_FISHEYE_POLYNOMIAL, {1.6f, 0, 36, 24});
+  c.panorama_lens[0] = -0.05f;
+  CHECK(ray(c, vec2(0.96f, 0.5f)).direction == vec3(0));
+  CHECK(near(ray(c, vec2(0.9f, 0.5f)).direction, vec3(std::sin(0.72f), 0, -std::cos(0.72f))));
   set_panorama(c, HW_PANORAMA_MIRROR_BALL, {0, 0, 0, 0});
   CHECK(ray(c, vec2(0.9f, 0.9f)).direction == vec3(0));
   CHECK(near(ray(c, vec2(0.5f, 0.5f)).direction, vec3(0, 0, -1)));

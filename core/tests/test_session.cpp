@@ -67,7 +67,7 @@ TEST_CASE("pixels are read whole or not at all while renders of other sizes begi
   CHECK_THROWS_AS(session.read("Combined", wrong.data(), wrong.size()), std::logic_error);
 }
 
-TEST_CASE("a context that is closed ends its render and serves the next one") {
+TEST_CASE("a context that is closed ends its render and begins no other") {
   auto context = make_context("", "auto", 0, true);
   Session session(context, sky_scene());
   session.sync();
@@ -77,7 +77,8 @@ TEST_CASE("a context that is closed ends its render and serves the next one") {
   context->close();
   CHECK(session.wait(0));
   CHECK(session.progress().cancelled);
-  CHECK_NOTHROW(other.sync());
+  CHECK_THROWS_WITH_AS(other.sync(), "the process is ending: nothing is rendered any more", std::logic_error);
+  CHECK_THROWS_AS(session.start(settings(64, 1)), std::logic_error);
 }
 
 TEST_CASE("a picture goes on where it ended, to the same bits, beside another session's") {

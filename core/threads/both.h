@@ -9,7 +9,7 @@
 namespace hw {
 
 // Calls first(n) and second(n), n being the threads each may use, and returns when both have. With one thread, or where
-// none is to be had, one after the other. Neither may throw.
+// none is to be had, one after the other. first may not throw.
 template <class First, class Second>
 void both(int threads, const First& first, const Second& second) {
   if (threads < 2) {
@@ -17,14 +17,13 @@ void both(int threads, const First& first, const Second& second) {
     second(1);
     return;
   }
-  std::thread other;
+  std::jthread other;
   try {
-    other = std::thread(first, threads / 2);
+    other = std::jthread(first, threads / 2);
   } catch (const std::system_error&) {  // no thread to be had
     first(1);
   }
   second(threads - threads / 2);
-  if (other.joinable()) other.join();
 }
 
 }  // namespace hw

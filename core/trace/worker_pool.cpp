@@ -4,6 +4,7 @@
 #include "trace/worker_pool.h"
 
 #include <algorithm>
+#include <system_error>
 
 #if defined(__x86_64__) || defined(_M_X64)
 #include <immintrin.h>
@@ -28,7 +29,11 @@ FlushDenormals::~FlushDenormals() {
 
 WorkerPool::WorkerPool(int threads) {
   if (threads <= 0) threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work_loop(); });
+  workers_.reserve(static_cast<std::size_t>(threads));
+  try {
+    for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work_loop(); });
+  } catch (const std::system_error&) {  // no more threads to be had: those there are do it
+  }
 }
 
 WorkerPool::~WorkerPool() {

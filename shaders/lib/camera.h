@@ -16,6 +16,9 @@ HW_FN vec3 camera_to_world_direction(CameraRecord c, vec3 v) {
 HW_FN vec4 camera_panorama_range(CameraRecord c) {
   return vec4(c.panorama_range[0], c.panorama_range[1], c.panorama_range[2], c.panorama_range[3]);
 }
+HW_FN vec4 camera_panorama_lens(CameraRecord c) {
+  return vec4(c.panorama_lens[0], c.panorama_lens[1], c.panorama_lens[2], c.panorama_lens[3]);
+}
 HW_FN vec3 camera_position(CameraRecord c) {
   return vec3(c.camera_to_world[3], c.camera_to_world[7], c.camera_to_world[11]);
 }
@@ -53,7 +56,7 @@ HW_FN void camera_ray(CameraRecord c, vec2 raster01, vec2 lens_u, HW_OUT(vec3) o
   vec3 towards = orthographic ? vec3(0.0f, 0.0f, -1.0f) : vec3(plane, -1.0f);
   towards = c.aperture_radius > 0.0f ? focus - start : towards;
   if (panoramic) {
-    towards = panorama_to_direction(c.panorama, camera_panorama_range(c), plane);
+    towards = panorama_to_direction(c.panorama, camera_panorama_range(c), camera_panorama_lens(c), plane);
     start = vec3(0.0f);
     if (c.aperture_radius > 0.0f && dot(towards, towards) > 0.0f) {  // the aperture faces where the ray goes
       vec3 v = vec3(0.0f, 0.0f, -1.0f) + towards * towards.z;
@@ -92,14 +95,16 @@ HW_FN float camera_mist(CameraRecord c, vec3 P, float start, float depth, float 
 HW_FN vec2 camera_project_local(CameraRecord c, vec4 plane, vec3 p) {
   float depth = c.type == HW_CAMERA_PERSPECTIVE ? max(-p.z, 1e-9f) : 1.0f;
   vec2 at = vec2(p.x, p.y) * (1.0f / depth);
-  if (c.type == HW_CAMERA_PANORAMIC) at = panorama_from_direction(c.panorama, camera_panorama_range(c), p);
+  if (c.type == HW_CAMERA_PANORAMIC)
+    at = panorama_from_direction(c.panorama, camera_panorama_range(c), camera_panorama_lens(c), p);
   return vec2((at.x - plane.x) / (plane.y - plane.x), (at.y - plane.z) / (plane.w - plane.z));
 }
 
 // How wide the frame is per metre of distance; orthographic: in metres.
 HW_FN float camera_width(CameraRecord c) {
   float across = c.right - c.left;
-  return c.type == HW_CAMERA_PANORAMIC ? across * panorama_width(c.panorama, camera_panorama_range(c)) : across;
+  if (c.type != HW_CAMERA_PANORAMIC) return across;
+  return across * panorama_width(c.panorama, camera_panorama_range(c), camera_panorama_lens(c));
 }
 
 // Raster position of a world point in this frame. camera_to_world must be rigid (as the scene makes it).

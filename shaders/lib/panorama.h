@@ -13,9 +13,26 @@ HW_FN vec3 panorama_turned(float angle, vec2 at, float radius) {
   return vec3(side.x, side.y, -cos(angle));
 }
 
-// The direction, of unit length, of a picture position; zero where the panorama shows nothing. `range`: of the kind,
-// see CameraRecord.
-HW_FN vec3 panorama_to_direction(uint kind, vec4 range, vec2 p) {
+// The angle from straight ahead that a fisheye's polynomial has at a distance from the middle of its sensor. Cycles
+// turns by minus the polynomial.
+HW_FN float panorama_polynomial(float first, vec4 lens, float r) {
+  return -(first + r * (lens.x + r * (lens.y + r * (lens.z + r * lens.w))));
+}
+
+// The distance at which it has an angle, by Newton's method.
+HW_FN float panorama_polynomial_inverse(float first, vec4 lens, float widest, float angle) {
+  float r = lens.x != 0.0f ? max(-(angle + first) / lens.x, 0.0f) : 0.5f * widest;
+  for (int i = 0; i < 8; ++i) {
+    float slope = -(lens.x + r * (2.0f * lens.y + r * (3.0f * lens.z + r * 4.0f * lens.w)));
+    float off = panorama_polynomial(first, lens, r) - angle;
+    r = abs(slope) > 1e-8f ? clamp(r - off / slope, 0.0f, 4.0f * widest) : r;
+  }
+  return r;
+}
+
+// The direction, of unit length, of a picture position; zero where the panorama shows nothing. `range`, `lens`: of the
+// kind, see CameraRecord.
+HW_FN vec3 panorama_to_direction(uint kind, vec4 range, vec4 lens, vec2 p) {
   if (kind == HW_PANORAMA_FISHEYE_EQUIDISTANT) {
     vec2 at = p * 2.0f - vec2(1.0f);
     float r = length(at);
@@ -26,6 +43,12 @@ HW_FN vec3 panorama_to_direction(uint kind, vec4 range, vec2 p) {
     float r = length(at);
     float widest = 2.0f * range.x * sin(0.25f * range.y);
     return r > widest ? vec3(0.0f) : panorama_turned(2.0f * asin(min(0.5f * r / range.x, 1.0f)), at, r);
+  }
+  if (kind == HW_PANORAMA_FISHEYE_POLYNOMIAL) {
+    vec2 at = (p - vec2(0.5f)) * vec2(range.z, range.w);
+    float r = length(at);
+    float angle = panorama_polynomial(range.y, lens, r);
+    return abs(angle) > 0.5f * range.x ? vec3(0.0f) : panorama_turned(angle, at, r);
   }
   if (kind == HW_PANORAMA_MIRROR_BALL) {  // seen from afar along -z: what the ball reflects
     vec2 at = p * 2.0f - vec2(1.0f);
@@ -44,13 +67,19 @@ HW_FN vec3 panorama_to_direction(uint kind, vec4 range, vec2 p) {
 }
 
 // The picture position that a direction is seen at, of any length; beyond [0, 1] where it is not in the picture.
-HW_FN vec2 panorama_from_direction(uint kind, vec4 range, vec3 d) {
+HW_FN vec2 panorama_from_direction(uint kind, vec4 range, vec4 lens, vec3 d) {
   float side = sqrt(d.x * d.x + d.y * d.y);
   vec2 turn = side > 0.0f ? vec2(d.x, d.y) / side : vec2(0.0f);
   float angle = atan(side, -d.z);  // from straight ahead
   if (kind == HW_PANORAMA_FISHEYE_EQUIDISTANT) return turn * (angle / range.x) + vec2(0.5f);
   if (kind == HW_PANORAMA_FISHEYE_EQUISOLID)
     return turn * (2.0f * range.x * sin(0.5f * angle)) / vec2(range.z, range.w) + vec2(0.5f);
+  if (kind == HW_PANORAMA_FISHEYE_POLYNOMIAL) {
+    // A polynomial that turns the other way mirrors the picture.
+    float way = panorama_polynomial(0.0f, lens, 0.5f * range.z) < 0.0f ? -1.0f : 1.0f;
+    float r = panorama_polynomial_inverse(range.y, lens, max(range.z, range.w), way * angle);
+    return turn * (way * r) / vec2(range.z, range.w) + vec2(0.5f);
+  }
   if (kind == HW_PANORAMA_MIRROR_BALL) return turn * (0.5f * sin(0.5f * angle)) + vec2(0.5f);
   if (kind == HW_PANORAMA_CUBE_FACE) return vec2(atan(d.x, -d.z), atan(d.y, -d.z)) * (2.0f * HW_INV_PI) + vec2(0.5f);
   float flat_length = sqrt(d.x * d.x + d.z * d.z);
@@ -60,7 +89,9 @@ HW_FN vec2 panorama_from_direction(uint kind, vec4 range, vec3 d) {
 }
 
 // The angle [rad] that the whole panorama is wide.
-HW_FN float panorama_width(uint kind, vec4 range) {
+HW_FN float panorama_width(uint kind, vec4 range, vec4 lens) {
+  if (kind == HW_PANORAMA_FISHEYE_POLYNOMIAL)
+    return 2.0f * abs(panorama_polynomial(range.y, lens, 0.5f * range.z) - panorama_polynomial(range.y, lens, 0.0f));
   if (kind == HW_PANORAMA_FISHEYE_EQUIDISTANT) return range.x;
   if (kind == HW_PANORAMA_FISHEYE_EQUISOLID) return 4.0f * asin(min(0.25f * range.z / range.x, 1.0f));
   if (kind == HW_PANORAMA_MIRROR_BALL) return 2.0f * HW_PI;

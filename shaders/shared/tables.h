@@ -134,9 +134,10 @@ HW_CONST uint HW_PANORAMA_EQUIRECTANGULAR = 0u;      // range: longitude from, t
 HW_CONST uint HW_PANORAMA_FISHEYE_EQUIDISTANT = 1u;  // range: field of view [rad]
 HW_CONST uint HW_PANORAMA_FISHEYE_EQUISOLID = 2u;    // range: focal length, field of view [rad], sensor's width, height
 HW_CONST uint HW_PANORAMA_MIRROR_BALL = 3u;
-HW_CONST uint HW_PANORAMA_CUBE_FACE = 4u;    // equal angles
-HW_CONST uint HW_PANORAMA_CYLINDRICAL = 5u;  // range: longitude from, to [rad], height from, to over the radius
-HW_CONST uint HW_PANORAMA_KINDS = 6u;
+HW_CONST uint HW_PANORAMA_CUBE_FACE = 4u;           // equal angles
+HW_CONST uint HW_PANORAMA_CYLINDRICAL = 5u;         // range: longitude from, to [rad], height from, to over the radius
+HW_CONST uint HW_PANORAMA_FISHEYE_POLYNOMIAL = 6u;  // range: field of view [rad], constant term, sensor's width, height
+HW_CONST uint HW_PANORAMA_KINDS = 7u;
 // The picture plane is described in camera space (x right, y up, looking along -z) by the rectangle that the full
 // frame covers: at distance 1 for perspective, in metres for orthographic, as a part of the whole panorama (0 to 1) for
 // panoramic. Shift and sensor fit are already in it.
@@ -154,9 +155,11 @@ struct CameraRecord {
   float aperture_ratio;  // Cycles' anamorphic ratio, 1 = round
   uint panorama;         // HW_PANORAMA_*
   float panorama_range[4];
+  float panorama_lens[4];  // of HW_PANORAMA_FISHEYE_POLYNOMIAL: coefficients of the distance on the sensor, to the
+                           // fourth power
   uint pad;
 };
-HW_CHECK_SIZE(CameraRecord, 184)
+HW_CHECK_SIZE(CameraRecord, 200)
 
 struct Root {
   uint64_t meshes;          // MeshRecord[]

@@ -73,8 +73,16 @@ def lens_settings(camera_object, matrix: np.ndarray) -> dict:
     )
 
 
+def _sensor(camera, render, frame) -> tuple[float, float]:
+    """Width and height of what of the sensor the full frame shows, millimetres."""
+    width, height = frame.width * render.pixel_aspect_x, frame.height * render.pixel_aspect_y
+    horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width > height)
+    sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    return (sensor, sensor * height / width) if horizontal else (sensor * width / height, sensor)
+
+
 def panorama_settings(camera, render, frame) -> dict | None:
-    """Scene.set_camera's panorama and range for a camera of type PANO; None for a type that the core has not.
+    """Scene.set_camera's panorama, range and lens for a camera of type PANO; None for a type that the core has not.
 
     render: the scene's; frame: render_settings.Frame of the picture, whose shape a fisheye's sensor takes.
     """
@@ -88,11 +96,12 @@ def panorama_settings(camera, render, frame) -> dict | None:
         case "FISHEYE_EQUIDISTANT":
             return dict(panorama="fisheye_equidistant", range=(source.fisheye_fov, 0.0, 0.0, 0.0))
         case "FISHEYE_EQUISOLID":
-            width, height = frame.width * render.pixel_aspect_x, frame.height * render.pixel_aspect_y
-            horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width > height)
-            sensor = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
-            size = (sensor, sensor * height / width) if horizontal else (sensor * width / height, sensor)
+            size = _sensor(camera, render, frame)
             return dict(panorama="fisheye_equisolid", range=(source.fisheye_lens, source.fisheye_fov, *size))
+        case "FISHEYE_LENS_POLYNOMIAL":
+            first, *lens = (getattr(source, f"fisheye_polynomial_k{power}") for power in range(5))
+            size = _sensor(camera, render, frame)
+            return dict(panorama="fisheye_polynomial", range=(source.fisheye_fov, first, *size), lens=tuple(lens))
         case "MIRRORBALL":
             return dict(panorama="mirror_ball")
         case "EQUIANGULAR_CUBEMAP_FACE":

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import bpy
 
-NAMES_ALL = (5, 0, 0)  # what older Blenders name of a change was not proven
+NAMES_ALL = (4, 0, 0)
 
 
 @dataclass
@@ -27,8 +27,6 @@ def plain_moves(depsgraph, updates, collected) -> list[Move] | None:
 
     updates: Updates since that sync; collected: what it made of the instances.
     """
-    if bpy.app.version < NAMES_ALL:
-        return None
     if not updates.only_moved or len(depsgraph.object_instances) != len(collected.index):
         return None
     moves = []

@@ -264,6 +264,8 @@ class _Frame:
         known = self._known(obj, data, parent)
         if known is not None:
             return known
+        if kind in ("LIGHT", "MESH"):
+            self._note_what_is_left_out(obj)
         if kind == "LIGHT":
             with naming("Light", obj.name):
                 return self._remember(self._light(obj, parent), obj, data, parent)
@@ -274,6 +276,17 @@ class _Frame:
         if kind in _NOT_YET:
             self._state.notes.add(f"Not rendered yet: {_NOT_YET[kind]} ('{obj.name}')", "Object", obj.name)
         return Group("")
+
+    def _note_what_is_left_out(self, obj) -> None:
+        """Object settings of Cycles that the picture does not follow yet."""
+        linking, kind = obj.light_linking, "Light" if obj.type == "LIGHT" else "Object"
+        if linking.receiver_collection is not None or linking.blocker_collection is not None:
+            self._state.notes.add(
+                f"{kind} '{obj.name}' lights everything: light linking is not followed yet", kind, obj.name
+            )
+        if kind == "Object" and obj.is_shadow_catcher:  # Blender's first lamp says it is one
+            text = f"Object '{obj.name}' is rendered as any other: shadow catchers are not followed yet"
+            self._state.notes.add(text, "Object", obj.name)
 
     def _known(self, obj, data, parent) -> Group | None:
         """The last sync's group of an object that Blender says is untouched since; None: look at it."""

@@ -23,7 +23,7 @@ from ..sync.updates import Updates
 from . import camera as view_camera
 from .draw import Drawer
 from .shading import shown_pass
-from .worker import Picture, Request, Worker
+from .worker import Picture, Request, Worker, close_workers
 
 SCENE_WAIT = 0.005  # seconds that a sync waits for the worker to let go of the scene
 RESIZE_REST = 0.2  # seconds a viewport keeps its size before it is rendered at that size
@@ -52,13 +52,14 @@ class View:
         self.draws = 0
         self.synced_at = 0.0  # time.perf_counter() of the last sync's end
         _views.add(self)
+        weakref.finalize(self, self._worker.close).atexit = False  # before Blender 4.4 views are freed without a word
         # Blender quits without a word to add-ons. Before the core's own end, which comes first where it came last.
         atexit.unregister(close_all)
         atexit.register(close_all)
 
-    def close(self, seconds: float = 0.0) -> None:
+    def close(self) -> None:
         self.closed = True
-        self._worker.close(seconds)
+        self._worker.close()
 
     def compare_everything(self) -> None:
         """After undo and the like: Blender's data may be another's."""
@@ -325,7 +326,8 @@ def _view_of(engine) -> View | None:
 def close_all(seconds: float = CLOSE_SECONDS) -> None:
     """Ends all views; those that Blender still shows begin anew at the next draw."""
     for view in list(_views):
-        view.close(seconds)
+        view.close()
+    close_workers(seconds)
 
 
 @persistent

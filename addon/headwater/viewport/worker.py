@@ -27,6 +27,8 @@ DENOISE_SECONDS = 0.5  # between denoised pictures, but for the last
 COARSE_DENOISE_SECONDS = 0.05  # coarse pictures are denoised where that takes no longer
 COARSE_DENOISE_RATE = 5e5  # pixels a second, before it is known
 
+_running: set["Worker"] = set()  # whose threads run: those of views that are gone may, for a moment
+
 
 @dataclass(frozen=True)
 class Request:
@@ -95,6 +97,15 @@ def _coarse(request: Request, divider: int) -> tuple[int, int, tuple[int, int, i
     return width, height, (x0 // divider, y0 // divider, min(-(-x1 // divider), width), min(-(-y1 // divider), height))
 
 
+def close_workers(seconds: float) -> None:
+    """Ends all workers and waits for their threads, for so long at most."""
+    workers, end = list(_running), time.perf_counter() + seconds
+    for worker in workers:
+        worker.close()
+    for worker in workers:
+        worker.join(max(end - time.perf_counter(), 0.0))
+
+
 class Worker:
     """Renders what was asked for last. `scene`: the core.Scene; `engine`: told to redraw when there is a picture."""
 
@@ -124,6 +135,7 @@ class Worker:
         self._coarse_rate = COARSE_DENOISE_RATE
         self._denoise_at = 0.0  # not before: time.perf_counter()
         self._thread = threading.Thread(target=self._run, name="Headwater viewport", daemon=True)
+        _running.add(self)
         self._thread.start()
 
     def void(self) -> None:
@@ -169,20 +181,30 @@ class Worker:
             return "Done"
         return ""
 
-    def close(self, seconds: float = 0.0) -> None:
-        """Ends rendering; waits up to `seconds` for the thread."""
+    def close(self) -> None:
+        """Ends rendering, soon."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
         session = self._session
         if session is not None:
             session.cancel()
-        if seconds and threading.current_thread() is not self._thread:
+
+    def join(self, seconds: float) -> None:
+        """Waits for the thread's end."""
+        if threading.current_thread() is not self._thread:
             self._thread.join(seconds)
 
     # On the worker's thread from here on.
 
     def _run(self) -> None:
+        try:
+            self._serve()
+        finally:
+            self._session = self._context = None
+            _running.discard(self)
+
+    def _serve(self) -> None:
         while True:
             with self._changed:
                 while not self._closing and not self._has_work():
@@ -195,7 +217,6 @@ class Worker:
                 self.error = ""
             except Exception as error:
                 self._fail(request, error)
-        self._session = self._context = None
 
     def _has_work(self) -> bool:
         request = self._request
