@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several paths that go on from the first surface: the light of one, in every pass, with less noise where bounces differ."""
+"""Several paths that go on from the first surface: the light of one, in every pass; less noise where bounces differ."""
 
 import core_scenes
 import numpy as np
@@ -16,7 +16,7 @@ LIGHT = ("Diffuse Direct", "Diffuse Indirect", "Glossy Direct", "Glossy Indirect
 
 
 def rich_room(core):
-    """Every way of light: matte, glossy, rough glass, a mirror, a sheet that lets half straight through, a glow, a sky."""
+    """Matte, glossy, rough glass, a mirror, a sheet that lets half straight through, a glow, a sky."""
     scene = core.Scene()
     reuse_scenes.room(scene)
     reuse_scenes.material(
@@ -65,8 +65,8 @@ def test_every_pass_has_the_light_of_one_path(core, make_context, tracer, integr
 
 
 def test_clamped_light_is_clamped_alike(core, make_context):
-    """The bound is on what a whole path brings, whichever share of the sample it has. Not of direct light, of which split
-    paths find another share."""
+    """The bound is on what a whole path brings, whichever share of the sample it has. Not of direct light, of which
+    split paths find another share."""
     session = core.Session(make_context(), rich_room(core))
     given = {"samples": 16, "max_bounces": 3, "clamp_indirect": 0.1, "passes": ["Combined"]}
     one = pictures(core, session, range(24), integrator="path", bounce_samples=1, **given)["Combined"][..., :3]

@@ -117,9 +117,9 @@ PARAMETERS = {
         Whole(
             name="bounce_samples",
             label="Bounce Samples",
-            summary="Paths that go on from the first surface that scatters light; 0: as many as pay, which path takes for 1",
-            effect="More: less noise in indirect light and reflections, for the rest of a path each, which is cheaper than "
-            "another sample of the pixel; edges, blur and direct light get little of it",
+            summary="Paths that go on from the first surface that scatters light; 0: as many as pay, one for path",
+            effect="More: less noise in indirect light and reflections, for the rest of a path each, which is cheaper "
+            "than another sample of the pixel; edges, blur and direct light get little of it",
             section="candidates",
             least=0,
             most=64,

@@ -193,6 +193,7 @@ class Device {
   // with to read through it. They may only read buffers that were made while this was true.
   bool windowed() const;
   SpecConstants window_constants() const;
+  std::uint32_t window_begin() const;  // lower half of its address: Root::window
   std::uint64_t bytes_in_use() const;  // by Buffers, as the driver rounds them
   std::uint64_t peak_bytes() const;
   void set_memory_limit(std::uint64_t bytes);  // a Buffer that would go past it throws OutOfMemory; 0: no limit

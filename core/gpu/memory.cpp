@@ -173,7 +173,7 @@ void Device::Impl::release(const MemoryRange& range) {
   bytes_in_use -= range.bytes;
   if (!block.dedicated) block.give_back(range.offset, range.bytes);
   if (&block == window.block) {
-    forget_pages(block.mapped + range.offset, range.bytes);
+    if (range.bytes > kSmallBytes) forget_pages(block.mapped + range.offset, range.bytes);
     return;
   }
   if (!block.dedicated && !block.unused()) return;

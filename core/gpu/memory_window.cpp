@@ -19,13 +19,15 @@ constexpr VkDeviceSize kWindowBytes = 1u << 30;  // what the least texel limit o
 constexpr VkDeviceSize kNoWindowBytes = 256;
 constexpr int kGathers = 24;  // the first Mesa whose lavapipe loads by address without a loop
 
-// Whether loads by address are slow. HEADWATER_MEMORY_WINDOW=0 or 1 decides otherwise, for measurements and tests.
-bool wants_window(const DeviceInfo& info) {
-  if (const char* given = std::getenv("HEADWATER_MEMORY_WINDOW"); given && *given) return *given == '1';
+// Bytes of the window where loads by address are slow, else 0. HEADWATER_MEMORY_WINDOW, in MiB, decides otherwise, for
+// measurements and tests.
+VkDeviceSize window_bytes(const DeviceInfo& info) {
+  if (const char* given = std::getenv("HEADWATER_MEMORY_WINDOW"); given && *given)
+    return std::min<VkDeviceSize>(std::strtoull(given, nullptr, 10) << 20, kWindowBytes);
   constexpr std::string_view kMesa = "Mesa ";
   const std::size_t at = info.driver.find(kMesa);
-  if (info.kind != "cpu" || !info.driver.starts_with("llvmpipe") || at == std::string::npos) return false;
-  return std::atoi(info.driver.c_str() + at + kMesa.size()) < kGathers;
+  if (info.kind != "cpu" || !info.driver.starts_with("llvmpipe") || at == std::string::npos) return 0;
+  return std::atoi(info.driver.c_str() + at + kMesa.size()) < kGathers ? kWindowBytes : 0;
 }
 
 }  // namespace
@@ -33,9 +35,10 @@ bool wants_window(const DeviceInfo& info) {
 void Device::Impl::make_window() {
   VkPhysicalDeviceProperties properties;
   vkGetPhysicalDeviceProperties(physical.handle, &properties);
-  VkDeviceSize bytes = std::min<VkDeviceSize>(kWindowBytes, 8ull * properties.limits.maxTexelBufferElements);
+  VkDeviceSize bytes =
+      std::min<VkDeviceSize>(window_bytes(physical.info), 8ull * properties.limits.maxTexelBufferElements);
   if (max_allocation) bytes = std::min(bytes, max_allocation);
-  bool windowed = shared_memory && wants_window(physical.info) && properties.limits.maxTexelBufferElements > 0;
+  bool windowed = shared_memory && bytes > 0;
   const auto make = [&](VkDeviceSize size) {
     VkBufferCreateInfo create{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
     create.size = size;
@@ -94,8 +97,9 @@ bool Device::windowed() const { return impl_->window.complete; }
 
 SpecConstants Device::window_constants() const {
   if (!windowed()) return {};
-  const VkDeviceAddress at = impl_->window.address;
-  return {{30, static_cast<std::uint32_t>(at)}, {31, static_cast<std::uint32_t>(at >> 32)}};
+  return {{30, 1}};
 }
+
+std::uint32_t Device::window_begin() const { return static_cast<std::uint32_t>(impl_->window.address); }
 
 }  // namespace hw

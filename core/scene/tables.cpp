@@ -42,6 +42,7 @@ Tables::Tables(Device& device, Scene& scene, Tracer& tracer)
       emission_map_table_(device, "emission maps"),
       root_buffer_(std::make_unique<Buffer>(device, sizeof(Root), BufferUse::device, "root")) {
   root_.world_light = root_.world_material = HW_NONE;
+  root_.window = device.window_begin();
 }
 
 Tables::~Tables() {

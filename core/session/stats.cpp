@@ -77,6 +77,7 @@ std::string render_stats_json(const Context& context, const Tracer& tracer, cons
   JsonObject memory;
   memory.integer("device_bytes", context.device->bytes_in_use());
   memory.integer("device_peak_bytes", context.device->peak_bytes());
+  memory.boolean("window", context.device->windowed());
   memory.integer("wave_bytes", wave_bytes);
   memory.integer("acceleration_bytes", tracer.stats().build_bytes);
 

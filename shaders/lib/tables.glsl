@@ -7,9 +7,9 @@
 #include "../shared/rays.h"
 #include "../shared/tables.h"
 #include "push.glsl"
+#include "root.glsl"
 #include "words.glsl"
 
-layout(set = 0, binding = 0, scalar) uniform RootBlock { Root root; } hw_root;
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };
@@ -21,8 +21,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Uin
 layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer ByteArray { uint8_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Array { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Array { vec4 at[]; };
-
-#define HW_ROOT hw_root.root
 
 // A light, by words (lib/words.glsl): the order is LightRecord's.
 LightRecord light_load(uint index) {

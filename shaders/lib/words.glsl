@@ -6,31 +6,30 @@
 #ifndef HW_WORDS_GLSL
 #define HW_WORDS_GLSL
 #include "../shared/portable.h"
+#include "root.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer Words { uint64_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Uints { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer Bytes { uint8_t at[]; };
 
-// The memory window (core/gpu/memory_window.cpp): all that a kernel reads, as texels, and the address it begins at; 0: there
-// is none.
-layout(constant_id = 30) const uint HW_WINDOW_LOW = 0u;
-layout(constant_id = 31) const uint HW_WINDOW_HIGH = 0u;
+// The memory window (core/gpu/memory_window.cpp): all that a kernel reads, as texels. Where it begins is not a constant of
+// the kernel: drivers keep compiled kernels from one process to the next.
+layout(constant_id = 30) const bool HW_WINDOWED = false;
 layout(set = 0, binding = 2) uniform utextureBuffer hw_window;
-#define HW_WINDOWED ((HW_WINDOW_LOW | HW_WINDOW_HIGH) != 0u)
 
 // The functions below read what earlier dispatches have written, never what this one does: that is `Words(address).at[i]`.
 
 // Word `i` from an address on (a multiple of 8).
 uint64_t word_at(uint64_t address, uint i) {
   if (HW_WINDOWED)
-    return packUint2x32(texelFetch(hw_window, int(((uint(address) - HW_WINDOW_LOW) >> 3u) + i)).xy);
+    return packUint2x32(texelFetch(hw_window, int(((uint(address) - HW_ROOT.window) >> 3u) + i)).xy);
   return Words(address).at[i];
 }
 
 // 32-bit number `i` from an address on (a multiple of 4).
 uint uint_at(uint64_t address, uint i) {
   if (HW_WINDOWED) {
-    uint number = ((uint(address) - HW_WINDOW_LOW) >> 2u) + i;
+    uint number = ((uint(address) - HW_ROOT.window) >> 2u) + i;
     uvec2 both = texelFetch(hw_window, int(number >> 1u)).xy;
     return (number & 1u) != 0u ? both.y : both.x;
   }
@@ -40,7 +39,7 @@ float float_at(uint64_t address, uint i) { return uintBitsToFloat(uint_at(addres
 // Byte `i` from an address on.
 uint byte_at(uint64_t address, uint i) {
   if (HW_WINDOWED) {
-    uint number = uint(address) - HW_WINDOW_LOW + i;
+    uint number = uint(address) - HW_ROOT.window + i;
     uvec2 both = texelFetch(hw_window, int(number >> 3u)).xy;
     return (((number & 4u) != 0u ? both.y : both.x) >> ((number & 3u) * 8u)) & 255u;
   }

@@ -188,7 +188,7 @@ struct Root {
   uint sun_count;
   uint world_flags;       // HW_LIGHT_CAMERA etc.: which rays see the world
   uint light_tree_nodes;  // 0: there is no tree
-  uint pad;
+  uint window;            // lower half of the address that the memory window begins at (core/gpu/memory_window.cpp)
 };
 
 HW_NAMESPACE_END
