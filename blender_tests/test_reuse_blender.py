@@ -34,6 +34,7 @@ def expected(integrator, **changed):
     values = {
         name: None if isinstance(PARAMETERS[name], Switch) and PARAMETERS[name].automatic else value
         for name, value in INTEGRATORS[integrator].parameters(estimator).items()
+        if not PARAMETERS[name].by_scene
     }
     return {"integrator": integrator, "estimator": estimator} | values | changed
 

@@ -20,6 +20,7 @@ class Parameter:
     effect: str  # what it does to the picture: noise, bias, time, memory
     section: str = "reuse"  # of Blender's panel: "candidates", "reuse" or "cells"
     needs: str = ""  # the switch without which it changes nothing
+    by_scene: bool = False  # its default depends on the scene: sent to the core only where it was set
 
     @property
     def flag(self) -> str:
@@ -109,6 +110,7 @@ PARAMETERS = {
             summary="Light samples of each surface that the camera sees first",
             effect="More: less noise in direct light for a shadow ray each, which is cheaper than another sample of "
             "the pixel; edges and blur get none of it",
+            by_scene=True,
             section="candidates",
             least=1,
             most=64,
@@ -120,6 +122,7 @@ PARAMETERS = {
             summary="Paths that go on from the first surface that scatters light; 0: as many as pay, one for path",
             effect="More: less noise in indirect light and reflections, for the rest of a path each, which is cheaper "
             "than another sample of the pixel; edges, blur and direct light get little of it",
+            by_scene=True,
             section="candidates",
             least=0,
             most=64,

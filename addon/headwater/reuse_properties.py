@@ -63,10 +63,12 @@ def group_of(own):
 
 
 def settings(own) -> dict:
-    """The core's settings for what `scene.headwater` chose: integrator, estimator, and the parameters it reads."""
+    """The core's settings for what `scene.headwater` chose: integrator, estimator, and the parameters it reads. Those
+    whose default depends on the scene are only sent where they were set."""
     group, names = group_of(own)
     chosen = {"integrator": own.integrator, "estimator": own.estimator}
-    return chosen | {name: PARAMETERS[name].from_property(getattr(group, name)) for name in names}
+    given = [name for name in names if not PARAMETERS[name].by_scene or group.is_property_set(name)]
+    return chosen | {name: PARAMETERS[name].from_property(getattr(group, name)) for name in given}
 
 
 register, unregister = bpy.utils.register_classes_factory(tuple(groups.values()))

@@ -15,7 +15,7 @@ from bpy.app.handlers import persistent
 
 from headwater import temporal
 
-from .. import denoising, handlers, log, native, options, preferences, render_settings
+from .. import denoising, handlers, log, native, options, preferences, render_settings, reuse_properties
 from ..sync.camera import lens_settings, panorama_settings, rigid
 from ..sync.problems import SyncError
 from ..sync.state import SceneSync
@@ -161,6 +161,9 @@ class View:
             settings.pop(name, None)
         source = render_settings.cycles_of(scene) or scene.headwater
         settings.update(seed=source.seed, time_limit=0.0)
+        # Pictures that come soon before those that are clean per second: paths are split where that was asked for.
+        if "bounce_samples" in reuse_properties.group_of(scene.headwater)[1]:
+            settings.setdefault("bounce_samples", 1)
         return Request(
             edition=self._edition,
             frame=depsgraph.scene_eval.frame_current_final,
