@@ -112,3 +112,20 @@ def test_lights_that_turn_are_found_at_once(core, make_context):
         suns(scene)
         runs.append(picture(core, session, seed=seed, samples=1, continue_history=True))
     assert_light_of(runs, truth, 0.1)
+
+
+def test_a_picture_of_path_between_two_frames_leaves_knowledge_alone(core, make_context):
+    """As the motion to the next frame is rendered, where the Vector pass is asked for."""
+    scene = reuse_scenes.many_lights(core)
+
+    def second(*between):
+        session = core.Session(make_context(), scene)
+        given = {"integrator": "wssr-hash", "samples": 2, "passes": ["Combined"]}
+        core_scenes.picture(core, None, None, 32, session, **given)
+        for settings in between:
+            core_scenes.picture(core, None, None, 32, session, passes=["Vector"], samples=1, **settings)
+        return core_scenes.picture(core, None, None, 32, session, continue_history=True, **given)["Combined"]
+
+    alone = second()
+    assert np.array_equal(second({"integrator": "path", "continue_history": True}), alone)
+    assert not np.array_equal(second({"integrator": "path"}), alone)

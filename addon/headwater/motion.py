@@ -77,7 +77,9 @@ def motion_to_next(engine, job, depsgraph, set_camera) -> np.ndarray | None:
         return None
     settings = {name: job.settings[name] for name in _KEPT if name in job.settings}
     samples = min(job.settings["samples"], SAMPLES)
-    session.start(dict(settings, integrator="path", max_bounces=0, samples=samples, passes=["Vector"]))
+    # What the integrator has learned is for the next frame: path leaves it alone.
+    settings.update(integrator="path", continue_history=True, max_bounces=0, samples=samples, passes=["Vector"])
+    session.start(settings)
     while not session.wait(_WAIT_MS):
         if stopped():
             session.cancel()

@@ -44,7 +44,7 @@ std::uint32_t light_samples(const RenderSettings& settings, std::uint32_t light_
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context) {
   const std::string& name = context.settings.integrator;
   if (renders_by_path(context.settings, context.light_count)) {
-    context.reservoirs.clear();
+    if (!context.settings.continue_history) context.reservoirs.clear();  // else it comes between two frames of another
     return std::make_unique<PathIntegrator>(context);
   }
   const bool unbiased = resolve_reuse(context.settings).unbiased;

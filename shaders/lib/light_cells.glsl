@@ -41,7 +41,7 @@ float light_cell_expected(uint cell, uint slot, LightTreeReceiver r) {
   return light_tree_power(bounds) > 0.0 ? expected : 0.0;
 }
 
-// The probability with which surfaces of `cell` choose `light` (stages/light_cell_choose.comp); without a cell, the
+// The probability with which surfaces of `cell` choose `light` (lib/light_cell_draw.glsl); without a cell, the
 // tree's.
 float light_cell_pdf(uint cell, uint light, vec3 P, vec3 N, bool transmits) {
   if (cell == HW_NONE) return light_tree_pdf(0u, light, P, N, transmits);
