@@ -14,9 +14,12 @@ void found_light(uint path, PathState state, vec3 radiance, float weight) {
   }
   // Until a surface has given its own, the denoising albedo of what shines is its light, as in Cycles.
   if (HW_FEATURE_PASSES) {
-    if (pass_on(HW_PASS_DENOISING_ALBEDO) && (state.flags & HW_PATH_FEATURES_DONE) == 0u)
+    if (pass_on(HW_PASS_DENOISING_ALBEDO) && (state.flags & HW_PATH_FEATURES_DONE) == 0u) {
+      // Of split paths one speaks for all.
+      float share = (state.flags & HW_PATH_SPLIT) != 0u ? float(HW_FRAME.bounce_samples) : 1.0;
       result_add3(path, HW_PASS_DENOISING_ALBEDO,
-                  SplitArray(HW_FRAME.splits).at[path].feature * state.throughput * radiance * weight);
+                  SplitArray(HW_FRAME.splits).at[path].feature * state.throughput * radiance * (weight * share));
+    }
   }
   result_add_light(path, state.throughput * radiance * weight, path_bounce(state.bounces),
                    (state.flags & HW_PATH_SPLIT) != 0u, diffuse, glossy);

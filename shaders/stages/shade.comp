@@ -107,9 +107,7 @@ void scatter(uint first, uint way, uint ways, PathState state, Ray ray, SurfaceP
     state.flags |= HW_PATH_SPLIT;
     if (HW_LIGHT_PASSES || HW_FEATURE_PASSES) {
       // Denoising features are the first one's.
-      PathSplit split = SplitArray(HW_FRAME.splits).at[first];
-      if (way == 0u) split.feature *= float(ways);
-      SplitArray(HW_FRAME.splits).at[path] = split;
+      SplitArray(HW_FRAME.splits).at[path] = SplitArray(HW_FRAME.splits).at[first];
       if (way > 0u) state.flags |= HW_PATH_FEATURES_DONE;
     }
   }
