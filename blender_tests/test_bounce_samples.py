@@ -49,8 +49,8 @@ def pictures(core, session, seeds, **given):
 
 
 @pytest.mark.parametrize("integrator", ["path", "wssr-hash"])
-def test_every_pass_has_the_light_of_one_path(core, make_context, tracer, integrator):
-    session = core.Session(make_context(tracer), rich_room(core))
+def test_every_pass_has_the_light_of_one_path(core, make_context, integrator):
+    session = core.Session(make_context(), rich_room(core))
     given = {
         "max_bounces": 3,
         "transparent_film": True,

@@ -33,8 +33,7 @@ def relative_noise(pictures):
     return (np.var(pictures, axis=0) / (np.mean(pictures, axis=0) ** 2 + 0.01)).mean()
 
 
-@pytest.mark.parametrize("bounces", [0, 4])
-@pytest.mark.parametrize("light_samples", [1, 4])
+@pytest.mark.parametrize(("bounces", "light_samples"), [(0, 1), (4, 4)])
 def test_expectation_is_that_of_path(core, make_context, tracer, bounces, light_samples):
     """Cells learn between the samples of a render, and are used as soon: no sample may be the worse for it."""
     session = core.Session(make_context(tracer), lit_room(core))
