@@ -131,7 +131,6 @@ struct Commands::Impl {
       if (uniform_buffers[0] == root.handle() && uniform_buffers[1] == frame.handle()) return;
       flush();  // a set in use must not be written
     }
-    // Written anew for each recording: a handle may be a new buffer's that took a destroyed one's place.
     if (!descriptors) {
       const VkDescriptorPoolSize size[2] = {{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, 2},
                                             {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, 1}};
@@ -145,16 +144,15 @@ struct Commands::Impl {
       allocate.descriptorSetCount = 1;
       allocate.pSetLayouts = &d.uniform_layout;
       check(d.vk.vkAllocateDescriptorSets(d.device, &allocate, &uniforms), "Making a descriptor set");
+      VkWriteDescriptorSet window{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+      window.dstSet = uniforms;
+      window.dstBinding = 2;
+      window.descriptorCount = 1;
+      window.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+      window.pTexelBufferView = &d.window.words;
+      d.vk.vkUpdateDescriptorSets(d.device, 1, &window, 0, nullptr);
     }
-    {
-      VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
-      write.dstSet = uniforms;
-      write.dstBinding = 2;
-      write.descriptorCount = 1;
-      write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-      write.pTexelBufferView = &d.window.words;
-      d.vk.vkUpdateDescriptorSets(d.device, 1, &write, 0, nullptr);
-    }
+    // Written anew for each recording: a handle may be a new buffer's that took a destroyed one's place.
     const Buffer* buffers[2] = {&root, &frame};
     for (std::uint32_t i = 0; i < 2; ++i) {
       const VkDescriptorBufferInfo range{buffers[i]->handle(), 0, std::min<VkDeviceSize>(buffers[i]->bytes(), 16384)};

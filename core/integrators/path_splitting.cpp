@@ -60,16 +60,14 @@ std::uint32_t best_bounce_samples(const SplitVariance& v, const SplitCosts& cost
   return best;
 }
 
-PathSplitting::PathSplitting(const IntegratorContext& context)
-    : context_(context), measure_(context.kernels.get("split_measure", context.constants)) {}
-
-void PathSplitting::begin(std::uint32_t pixels) {
-  pixels_ = pixels;
-  records_ = std::make_unique<Buffer>(context_.device, pixels * sizeof(SplitRecord), BufferUse::device, "split paths");
-}
+PathSplitting::PathSplitting(const IntegratorContext& context, std::uint32_t pixels)
+    : context_(context),
+      measure_(context.kernels.get("split_measure", context.constants)),
+      pixels_(pixels),
+      records_(context.device, pixels * sizeof(SplitRecord), BufferUse::device, "split paths") {}
 
 void PathSplitting::measure(Commands& commands, std::uint32_t which) {
-  const Push push{.out_queue = records_->address(), .a = which};
+  const Push push{.out_queue = records_.address(), .a = which};
   const std::uint32_t paths = context_.wave.params().wave_pixels;
   commands.dispatch(measure_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
 }
@@ -79,8 +77,7 @@ std::uint32_t PathSplitting::choose(Commands& commands) {
   wave.record_counters(commands);
   commands.flush();
   std::vector<SplitRecord> records(pixels_);
-  context_.device.read(*records_, 0, std::as_writable_bytes(std::span(records)));
-  records_.reset();
+  context_.device.read(records_, 0, std::as_writable_bytes(std::span(records)));
   const RayCounters rays = wave.counters();
   // All preparations so far were counted: as many before the measured ones, with one bounce a path, as measured ones.
   const double bounces = double(rays.camera) * 0.5 * (1 + kMeasured);

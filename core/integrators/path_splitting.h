@@ -31,16 +31,15 @@ struct SplitCosts {
 // k, from 1 to 8.
 std::uint32_t best_bounce_samples(const SplitVariance& variance, const SplitCosts& costs);
 
-constexpr std::uint32_t kMostBounceSamples = 8;
+constexpr std::uint32_t kMostBounceSamples = 8;  // a wave has places for them: a group of them at least
 
 class PathSplitting {
  public:
   // Paths are split in so many while they are measured.
   static constexpr std::uint32_t kMeasured = 3;
 
-  explicit PathSplitting(const IntegratorContext& context);
   // Over so many pixels, of which each has a path in two preparations.
-  void begin(std::uint32_t pixels);
+  PathSplitting(const IntegratorContext& context, std::uint32_t pixels);
   // After a wave of the first (0) or second (1) of them.
   void measure(Commands& commands, std::uint32_t which);
   // After both: what is best. Waits for the device.
@@ -49,8 +48,8 @@ class PathSplitting {
  private:
   const IntegratorContext& context_;
   const Kernel& measure_;
-  std::unique_ptr<Buffer> records_;
-  std::uint32_t pixels_ = 0;
+  std::uint32_t pixels_;
+  Buffer records_;
 };
 
 }  // namespace hw

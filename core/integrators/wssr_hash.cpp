@@ -105,12 +105,10 @@ void WssrHashIntegrator::begin_splitting(bool keeps) {
   std::uint32_t& kept = context_.reservoirs.light_cells->bounce_samples;
   FrameParams& frame = context_.wave.params();
   if (!keeps) kept = 1;
-  const bool measures =
-      preparations_ == kRounds && !params_.bounce_samples && context_.wave.capacity() >= kMostBounceSamples;
+  const bool measures = preparations_ == kRounds && !params_.bounce_samples;
   frame.bounce_samples = params_.bounce_samples ? params_.bounce_samples : measures ? 1 : kept;
   if (!measures) return;
-  splitting_.emplace(context_);
-  splitting_->begin((context_.width * context_.height + kRoundPixels - 1) / kRoundPixels);
+  splitting_.emplace(context_, (context_.width * context_.height + kRoundPixels - 1) / kRoundPixels);
 }
 
 bool WssrHashIntegrator::prepare(Commands& commands, int preparation) {

@@ -87,14 +87,13 @@ void RenderLoop::choose_wave() {
   const std::uint64_t pixels = std::uint64_t(film_.width()) * film_.height();
   const bool small = device.shared_memory() || device.info().kind == "cpu";
   const std::uint32_t light_samples = hw::light_samples(settings_, tables_.root().light_count);
-  const std::uint32_t most_bounces = most_bounce_samples(settings_);
   std::uint64_t capacity = small ? kHostWave : std::max(kDeviceWave / light_samples, kHostWave);
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
   const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
                              wave_bytes_per_path(light_samples, film_.layout());
   capacity = std::min<std::uint64_t>(capacity, 65535u * HW_GROUP_SIZE / light_samples);  // queue_prepare.comp
-  capacity = std::min({capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples * most_bounces});
-  capacity = std::max<std::uint64_t>(capacity, most_bounces);
+  capacity = std::min(
+      {capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples * most_bounce_samples(settings_)});
   capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
   if (wave_ && wave_->capacity() == capacity && wave_->light_samples() == light_samples &&
       wave_->layout_mask() == film_.layout().mask)

@@ -93,7 +93,7 @@ float reuse_target_of(TargetSurface s, Reservoir kept) {
 // dropped; its confidence stays, as it stands for all that were looked at.
 Reservoir reservoir_next_frame(Reservoir r) {
   if (r.light != HW_NONE && HW_REUSE.light_remap != 0ul) {
-    uint now = r.light < HW_REUSE.light_remap_count ? UintArray(HW_REUSE.light_remap).at[r.light] : HW_NONE;
+    uint now = r.light < HW_REUSE.light_remap_count ? Uints(HW_REUSE.light_remap).at[r.light] : HW_NONE;
     r.light = now;
     if (now == HW_NONE) r = reservoir_empty(r.confidence);
   }

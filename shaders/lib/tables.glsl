@@ -13,12 +13,8 @@
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer MeshTable { MeshRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer InstanceTable { InstanceRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer MaterialTable { MaterialRecord at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ImageTable { ImageRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightTable { LightRecord at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer AliasTable { AliasEntry at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer FloatArray { float at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer ByteArray { uint8_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Array { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Array { vec4 at[]; };
 

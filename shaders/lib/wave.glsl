@@ -11,7 +11,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer PathArray { 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer RayArray { Ray at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer HitArray { Hit at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ShadowArray { ShadowState at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SurfaceArray { SurfacePoint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer SplitArray { PathSplit at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ReservoirArray { Reservoir at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer ReuseSurfaceArray { ReuseSurface at[]; };
