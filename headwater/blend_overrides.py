@@ -95,6 +95,9 @@ def _sampling(scene, request):
         put("IGNORE", "use_layer_samples")
     if request.time_limit is not None:
         put(request.time_limit, "time_limit")
+    if request.adaptive is not None:
+        put(request.adaptive["adaptive_sampling"], "use_adaptive_sampling")
+        put(request.adaptive["noise_threshold"], "adaptive_threshold")
     if request.seed is not None:
         put(request.seed, "seed")
         put(False, "use_animated_seed")
@@ -107,7 +110,8 @@ def _sampling(scene, request):
         put(0.0, "clamp_direct", "clamp_indirect", "sample_clamp_direct", "sample_clamp_indirect")
     put(request.denoise, "use_denoising")  # the file does not decide: numbers are compared with noisy pictures
     if request.engine == "cycles":
-        put(False, "use_adaptive_sampling")
+        if request.adaptive is None:
+            put(False, "use_adaptive_sampling")
         scene.cycles.device = "CPU"
     else:
         own = scene.headwater

@@ -42,6 +42,13 @@ def add_arguments(parser) -> None:
     add("--frames", type=frames, metavar="A-B[xSTEP]", help="one frame or a range (default: the file's current frame)")
     add("--samples", type=positive, metavar="N")
     add("--time-limit", type=seconds, metavar="S", help="seconds a frame; at least one sample is finished")
+    add(
+        "--noise-threshold",
+        type=threshold,
+        metavar="X|off",
+        help="adaptive sampling: fewer samples where little noise is left, and the end where the relative error is below "
+        "X everywhere (0: never); off: --samples for every pixel (default: what a .blend says; of USD off)",
+    )
     add("--seed", type=natural, metavar="N")
     add("--integrator", metavar="NAME", help=render_reuse.integrator_help())
     add(
@@ -107,6 +114,19 @@ def seconds(text: str) -> float:
         raise _bad(f"'{text}' is no number of seconds") from None
     if not 0 < value < 1e9:
         raise _bad(f"{text} is no time limit")
+    return value
+
+
+def threshold(text: str) -> float | bool:
+    """A relative error from 0 to 1, or False from "off"."""
+    if text == "off":
+        return False
+    try:
+        value = float(text)
+    except ValueError:
+        raise _bad(f"'{text}' is no noise threshold: a number or off") from None
+    if not 0 <= value <= 1:
+        raise _bad(f"{text} is no noise threshold from 0 to 1")
     return value
 
 

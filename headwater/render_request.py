@@ -31,6 +31,7 @@ class Request:
     frames: range | None
     samples: int | None
     time_limit: float | None
+    noise_threshold: float | bool | None  # False: no adaptive sampling
     seed: int | None
     integrator: str | None
     estimator: str | None
@@ -68,6 +69,7 @@ class Request:
             "frames",
             "samples",
             "time_limit",
+            "noise_threshold",
             "seed",
             "integrator",
         )
@@ -94,6 +96,16 @@ class Request:
         given |= {"device": "", "tracer": "auto", "threads": 0, "engine": "headwater", "autoexec": False}
         given |= {"denoise": False}
         return cls(**(given | {"file": file} | values))
+
+    @property
+    def adaptive(self) -> dict | None:
+        """The core's settings of adaptive sampling; None where nothing was asked for."""
+        if self.noise_threshold is None:
+            return None
+        return {
+            "adaptive_sampling": self.noise_threshold is not False,
+            "noise_threshold": float(self.noise_threshold),
+        }
 
     @property
     def is_png(self) -> bool:

@@ -48,7 +48,7 @@ def render_settings(request, width, height, passes) -> dict:
     """The core's settings for a request; USD files have no sampling settings, so the rest is the core's default."""
     samples = request.samples or (UNLIMITED_SAMPLES if request.time_limit else DEFAULT_SAMPLES)
     settings = {"width": width, "height": height, "samples": samples, "passes": passes}
-    settings |= request.bounces | request.reuse
+    settings |= request.bounces | request.reuse | (request.adaptive or {})
     settings["region"] = request.check_region(width, height) or (0, 0, width, height)
     settings["integrator"] = request.integrator or DEFAULT_INTEGRATOR
     for key, value in (

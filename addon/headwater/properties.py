@@ -110,6 +110,29 @@ class HeadwaterSceneSettings(bpy.types.PropertyGroup):
     time_limit: FloatProperty(
         name="Time Limit", description="Stop after this time; 0: none", min=0.0, default=0.0, unit="TIME_ABSOLUTE"
     )
+    use_adaptive_sampling: BoolProperty(
+        name="Use Adaptive Sampling",
+        description="Give pixels of little noise fewer samples than others, and end early where all are below the "
+        "threshold. The picture stays unbiased, but a region of it is not made of the same samples as the whole",
+        default=False,
+    )
+    adaptive_threshold: FloatProperty(
+        name="Noise Threshold",
+        description="Error, relative to the brightness around, below which a picture is done. Zero: only Samples and "
+        "Time Limit end it",
+        min=0.0,
+        max=1.0,
+        soft_min=0.001,
+        default=0.01,
+        precision=4,
+    )
+    adaptive_min_samples: IntProperty(
+        name="Min Samples",
+        description="Samples before the threshold counts; 0: as many as it takes to know the noise",
+        min=0,
+        max=4096,
+        default=0,
+    )
     seed: IntProperty(name="Seed", description="Same seed, same noise", min=0, default=0)
     use_animated_seed: BoolProperty(name="Animate Seed", description="Another noise every frame", default=False)
     use_denoising: BoolProperty(

@@ -102,7 +102,7 @@ bool FilmLayout::split_paths() const {
 
 Film::Film(Device& device, const FilmLayout& layout, std::uint32_t width, std::uint32_t height)
     : device_(device), layout_(layout), width_(width), height_(height) {
-  const std::size_t floats = std::size_t(width) * height * layout.stride;
+  const std::size_t floats = std::size_t(width) * height * layout.pixel_stride();
   sums_ = std::make_unique<Buffer>(device, std::max<std::size_t>(floats * 4, 16), BufferUse::device, "film");
   clear();
 }
@@ -114,34 +114,35 @@ void Film::clear() {
 }
 
 void Film::download(std::vector<float>& out) {
-  out.resize(std::size_t(width_) * height_ * layout_.stride);
+  out.resize(std::size_t(width_) * height_ * layout_.pixel_stride());
   device_.read(*sums_, 0, std::as_writable_bytes(std::span(out)));
 }
 
 void Film::resolve(const std::vector<float>& sums, const PassInfo& pass, const SampleCounts& counts, float exposure,
                    float* out) const {
   const std::size_t pixels = std::size_t(width_) * height_;
-  const std::uint32_t stride = layout_.stride, offset = layout_.offset[pass.bit];
+  const std::uint32_t stride = layout_.pixel_stride(), offset = layout_.offset[pass.bit];
   const PassInfo* colour = colour_of(pass);
   const std::uint32_t colour_offset = colour ? layout_.offset[colour->bit] : 0;
   const int n = pass.channels;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const std::uint32_t count = counts.samples + (i < counts.split ? counts.extra : 0);
-    const float* in = &sums[i * stride + offset];
-    const float scale =
-        count == 0 ? 0.0f : (pass.averaged ? 1.0f / float(count) : 1.0f) * (pass.exposed ? exposure : 1.0f);
+    const float* record = &sums[i * stride];
+    const float count =
+        layout_.weighted ? record[layout_.stride] : float(counts.samples + (i < counts.split ? counts.extra : 0));
+    const float* in = record + offset;
+    const float scale = count == 0 ? 0.0f : (pass.averaged ? 1.0f / count : 1.0f) * (pass.exposed ? exposure : 1.0f);
     for (int c = 0; c < n; ++c) {
       float v = in[c] * scale;
       if (colour) {
-        const float k = count == 0 ? 0.0f : sums[i * stride + colour_offset + c] / float(count);
+        const float k = count == 0 ? 0.0f : record[colour_offset + c] / count;
         v = k != 0.0f ? v / k : 0.0f;
       }
       out[i * n + c] = v;
     }
     // Where the first sample met nothing, or a holdout, nothing was written: far away.
-    if (pass.bit == HW_PASS_DEPTH && count && out[i] == 0.0f) out[i] = HW_DEPTH_MISS;
+    if (pass.bit == HW_PASS_DEPTH && count > 0 && out[i] == 0.0f) out[i] = HW_DEPTH_MISS;
     if (pass.bit == HW_PASS_COMBINED)
-      out[i * 4 + 3] = in[3] * (count ? 1.0f / float(count) : 0.0f);  // alpha is not exposed
+      out[i * 4 + 3] = in[3] * (count > 0 ? 1.0f / count : 0.0f);  // alpha is not exposed
   }
 }
 

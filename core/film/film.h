@@ -28,15 +28,20 @@ const PassInfo* find_pass(std::string_view name);  // null when there is none
 struct FilmLayout {
   std::vector<const PassInfo*> passes;  // in the order asked for
   std::uint32_t mask = 0;
-  std::uint32_t stride = 0;  // floats a pixel
+  std::uint32_t stride = 0;  // floats a pixel of all passes
   std::uint32_t offset[HW_PASS_COUNT] = {};
   bool light_passes = false;  // some pass needs contributions split by lobe
-  bool split_paths() const;   // paths must carry PathSplit
+  bool weighted = false;      // samples have weights: adaptive sampling
+  std::uint32_t pixel_stride() const {
+    return stride + (weighted ? HW_FILM_WEIGHTS : 0);
+  }                          // floats of the film a pixel
+  bool split_paths() const;  // paths must carry PathSplit
 };
 // Throws std::invalid_argument naming an unknown pass and the known ones.
 FilmLayout film_layout(const std::vector<std::string>& names);
 
-// How many samples each pixel of a film holds: `samples`, and `extra` more in the pixels before `split`.
+// How many samples each pixel of a film holds: `samples`, and `extra` more in the pixels before `split`. Films of
+// weighted samples know it themselves.
 struct SampleCounts {
   std::uint32_t samples = 0;
   std::uint32_t extra = 0;
@@ -50,7 +55,7 @@ class Film {
   std::uint32_t width() const { return width_; }
   std::uint32_t height() const { return height_; }
   Buffer& sums() { return *sums_; }
-  // Copies the sums to the host (`pixels * stride` floats).
+  // Copies the sums to the host (`pixels * pixel_stride` floats).
   void download(std::vector<float>& out);
   // Writes a pass of downloaded sums: width * height * channels floats, bottom row first. A pixel without samples reads
   // as zero.

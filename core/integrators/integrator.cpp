@@ -31,6 +31,11 @@ bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count) 
   return settings.integrator == "path" || light_count < kFewLights;
 }
 
+bool samples_adaptively(const RenderSettings& settings) {
+  const bool any_pixels = settings.integrator == "path" || settings.integrator == "wssr-hash";
+  return settings.adaptive_sampling && any_pixels && !settings.resume;
+}
+
 std::uint32_t most_bounce_samples(const RenderSettings& settings) {
   const std::uint32_t asked = resolve_reuse(settings).bounce_samples;
   return asked ? asked : settings.integrator == "wssr-hash" ? kMostBounceSamples : 1;

@@ -77,6 +77,9 @@ class Integrator {
 
 // By settings.integrator. Where reuse can't pay, with next to no lights, that is `path`, whatever the name.
 std::unique_ptr<Integrator> make_integrator(const IntegratorContext& context);
+// Whether samples go where noise is left: where that was asked for, of integrators that take pixels in any number and
+// order.
+bool samples_adaptively(const RenderSettings& settings);
 // Whether it is `path`, with so many lights in the table.
 bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count);
 // Light samples of what the camera sees first: as many as were asked for, else the integrator's default, but no more

@@ -92,6 +92,7 @@ PathStages::PathStages(const IntegratorContext& context, LightSource source)
                                                                             : "shade",
                                           constants));
   }
+  if (samples_adaptively(context.settings)) camera_sampled_ = &context.kernels.get("camera_sampled", context.constants);
   if (features_of(context.constants) & kPrograms)
     light_program_ = &context.kernels.get("light_program", context.constants);
   if (context.transparent_shadows) {
@@ -129,7 +130,8 @@ void PathStages::camera(Commands& commands) {
   for (auto& queue : w.hit_queues) prepare(commands, nullptr, RayKind::kNone, queue.get());
   prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
   const Push push{.out_queue = w.active->address()};
-  commands.dispatch(camera_, push.bytes(), (paths() * w.bounce_samples() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+  commands.dispatch(w.params().sampled_blocks ? *camera_sampled_ : camera_, push.bytes(),
+                    (paths() * w.bounce_samples() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
   prepare(commands, w.active.get(), RayKind::kCamera, w.next.get());
   context_.tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
 }

@@ -83,6 +83,7 @@ class PathStages {
 
   IntegratorContext context_;
   const Kernel& camera_;
+  const Kernel* camera_sampled_ = nullptr;  // of the blocks that a pass samples
   const Kernel& sort_;
   const Kernel& escaped_;
   const Kernel& resolve_;

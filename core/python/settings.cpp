@@ -114,6 +114,7 @@ const std::map<std::string, Setter>& setters() {
   t[#name] = [](RenderSettings& s, const std::string& key, nb::handle value) { take(key, value, s.name); }
     HW_SETTING(width), HW_SETTING(height), HW_SETTING(region), HW_SETTING(samples), HW_SETTING(first_sample),
         HW_SETTING(seed);
+    HW_SETTING(adaptive_sampling), HW_SETTING(noise_threshold), HW_SETTING(adaptive_min_samples);
     HW_SETTING(time_limit), HW_SETTING(integrator), HW_SETTING(lights), HW_SETTING(max_bounces),
         HW_SETTING(diffuse_bounces);
     HW_SETTING(glossy_bounces), HW_SETTING(transmission_bounces), HW_SETTING(transparent_bounces),

@@ -198,7 +198,10 @@ void RenderLoop::render() {
     windowed = device.windowed();
     integrator.reset();
     integrator = make_integrator(context);
-    accumulate_ = &context_.kernels->get("accumulate", constants);
+    const bool weighted = film_.layout().weighted;
+    accumulate_ = &context_.kernels->get(weighted ? "accumulate_sampled" : "accumulate", constants);
+    adaptive_.reset();
+    if (weighted) adaptive_.emplace(device, wave, film_, settings_);
     integrator->begin_frame(commands);
   } while (device.windowed() != windowed);
   if (passes(commands, *integrator, begun)) submit(commands);
@@ -207,23 +210,26 @@ void RenderLoop::render() {
 
 bool RenderLoop::passes(Commands& commands, Integrator& integrator, std::chrono::steady_clock::time_point begun) {
   SampleCounts counts = begun_;
+  const std::uint32_t pixels = film_.width() * film_.height();
   for (int preparation = 0, all = integrator.preparations(); preparation < all; ++preparation) {
     on_stage("preparing reservoirs");
-    if (!pass(commands, integrator, 1, preparation, counts)) return false;
+    const std::uint32_t each = integrator.preparation_pixels();
+    if (!pass(commands, integrator, (pixels + each - 1) / each, 1, preparation, counts)) return false;
   }
-  const std::uint32_t pixels = film_.width() * film_.height();
-  const bool independent = integrator.samples_are_independent();
+  const bool several = integrator.samples_are_independent() && !adaptive_;
   while (counts.samples < settings_.samples) {
-    const std::uint32_t per_wave = independent ? std::clamp(wave_->capacity() / wave_->bounce_samples() / pixels, 1u,
-                                                            settings_.samples - counts.samples)
-                                               : 1;
-    if (!pass(commands, integrator, per_wave, -1, counts)) return false;
+    const std::uint32_t per_wave = several ? std::clamp(wave_->capacity() / wave_->bounce_samples() / pixels, 1u,
+                                                        settings_.samples - counts.samples)
+                                           : 1;
+    const std::uint32_t sampled = adaptive_ ? adaptive_->begin_pass(commands) * HW_BLOCK_PIXELS : pixels;
+    if (!pass(commands, integrator, sampled, per_wave, -1, counts)) return false;
     counts = {counts.samples + per_wave, 0, 0};
     recorded_.push_back({counts, film_flushes_});
     report(commands);
     if (settings_.time_limit > 0 &&
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count() >= settings_.time_limit)
       break;
+    if (adaptive_ && !adaptive_->end_pass(commands)) break;
   }
   return true;
 }
@@ -242,17 +248,15 @@ void RenderLoop::report(const Commands& commands) {
   recorded_.erase(recorded_.begin(), waiting);
 }
 
-bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation,
-                      SampleCounts& counts) {
+bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t pixels, std::uint32_t per_wave,
+                      int preparation, SampleCounts& counts) {
   Wave& wave = *wave_;
-  const std::uint32_t each = preparation < 0 ? 1 : integrator.preparation_pixels();
-  const std::uint32_t pixels = (film_.width() * film_.height() + each - 1) / each;
   const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / wave.bounce_samples() / per_wave);
   integrator.begin_pass(commands);
   for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
     FrameParams& p = wave.params();
     p.first_pixel = first;
-    p.pixels_a_path = each;
+    p.pixels_a_path = preparation < 0 ? 1 : integrator.preparation_pixels();
     p.wave_pixels = std::min(wave_pixels, pixels - first);
     p.wave_samples = per_wave;
     p.first_sample = settings_.first_sample + counts.samples;
@@ -269,7 +273,9 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
       Push push{};
       commands.dispatch(*accumulate_, push.bytes(), (p.wave_pixels + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
       counts.extra = per_wave;
-      counts.split = std::min(first + wave_pixels, pixels);
+      // Of pixels of the film, also where a pass is of some of them.
+      const std::uint64_t of_film = std::uint64_t(film_.width()) * film_.height();
+      counts.split = std::uint32_t(of_film * std::min(first + wave_pixels, pixels) / pixels);
       film_flushes_ = commands.flushes();
       recorded_.push_back({counts, film_flushes_});
     }

@@ -7,11 +7,13 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "film/film.h"
 #include "reservoirs/reservoir_store.h"
 #include "scene/tables.h"
+#include "session/adaptive_sampling.h"
 #include "session/session.h"
 #include "session/settings.h"
 #include "stages/wave.h"
@@ -43,9 +45,10 @@ class RenderLoop {
   void report(const Commands& commands);
   // False: cancelled.
   bool passes(Commands& commands, Integrator& integrator, std::chrono::steady_clock::time_point begun);
-  // One pass over the picture in waves of `per_wave` samples a pixel. `preparation`: its number, -1: samples. False:
+  // One pass over `pixels` in waves of `per_wave` samples a pixel. `preparation`: its number, -1: samples. False:
   // cancelled.
-  bool pass(Commands& commands, Integrator& integrator, std::uint32_t per_wave, int preparation, SampleCounts& counts);
+  bool pass(Commands& commands, Integrator& integrator, std::uint32_t pixels, std::uint32_t per_wave, int preparation,
+            SampleCounts& counts);
 
   Context& context_;
   Tracer& tracer_;
@@ -57,6 +60,7 @@ class RenderLoop {
   const SampleCounts begun_;
   const std::atomic<bool>& cancelled_;
   const Kernel* accumulate_ = nullptr;
+  std::optional<AdaptiveSampling> adaptive_;  // where samples are not the same for all pixels
 
   struct Recorded {
     SampleCounts counts;

@@ -108,6 +108,7 @@ void check(const RenderSettings& s) {
     bad("there is no mist falloff '" + s.mist_falloff + "'");
   if (!std::isfinite(s.exposure) || s.exposure < 0) bad("exposure must be finite and not negative");
   if (!(s.time_limit >= 0)) bad("the time limit must not be negative");
+  if (!(s.noise_threshold >= 0)) bad("the noise threshold must not be negative");
 }
 
 std::uint32_t region_width(const RenderSettings& s) { return s.region[2] - s.region[0]; }
@@ -167,7 +168,8 @@ struct Session::Impl {
 
   bool film_fits(const FilmLayout& layout, const RenderSettings& s) const {
     return film && film->width() == region_width(s) && film->height() == region_height(s) &&
-           film->layout().mask == layout.mask && film->layout().passes == layout.passes;
+           film->layout().mask == layout.mask && film->layout().passes == layout.passes &&
+           film->layout().weighted == layout.weighted;
   }
 
   void run();
@@ -238,7 +240,8 @@ void Session::start(const RenderSettings& asked) {
   if (!d.tables->current())
     throw std::logic_error(
         "the device does not hold this scene: sync it again (it was never synced, or its last sync failed)");
-  const FilmLayout layout = film_layout(s.passes);
+  FilmLayout layout = film_layout(s.passes);
+  layout.weighted = samples_adaptively(s);
   resolve_reuse(s);  // refuses what the integrator does not have
   if (s.resume) {
     std::lock_guard lock(d.mutex);

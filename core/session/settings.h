@@ -18,7 +18,10 @@ struct RenderSettings {
   std::uint32_t samples = 64;
   std::uint32_t first_sample = 0;  // sample ranges of one render can be made apart and merged
   std::uint32_t seed = 0;
-  double time_limit = 0;  // seconds, 0 = none; at least one sample is finished
+  bool adaptive_sampling = false;  // `samples` at most, fewer where less noise is left; not by reservoir integrators
+  float noise_threshold = 0;       // with it: ends once the picture's relative error is this small everywhere; 0: never
+  std::uint32_t adaptive_min_samples = 0;  // before that
+  double time_limit = 0;                   // seconds, 0 = none; at least one sample is finished
   std::string integrator = "path";
   std::string lights = "auto";  // how lights are chosen: "uniform", "power", "tree"; "auto": the tree where it pays
   std::uint32_t max_bounces = 12, diffuse_bounces = 4, glossy_bounces = 4, transmission_bounces = 12;

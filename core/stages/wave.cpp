@@ -123,6 +123,8 @@ void apply_settings(FrameParams& p, const RenderSettings& s, const FilmLayout& l
   p.seed = s.seed;
   p.passes = layout.mask;
   p.film_stride = layout.stride;
+  p.film_pixel_stride = layout.pixel_stride();
+  p.sampled_blocks = 0;
   std::copy(std::begin(layout.offset), std::end(layout.offset), std::begin(p.pass_offset));
   p.max_bounces = s.max_bounces;
   p.max_diffuse = s.diffuse_bounces;

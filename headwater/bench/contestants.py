@@ -9,9 +9,10 @@ import numpy as np
 from headwater import render_reuse
 from headwater.errors import EXIT_USAGE, UserError, choose, first_line
 from headwater.integrators import PARAMETERS
+from headwater.render import threshold
 
 CYCLES = "cycles"
-_OPTIONS = ("lights", "estimator")  # of every integrator of ours, beside its parameters
+_OPTIONS = ("lights", "estimator", "noise_threshold")  # of every integrator of ours, beside its parameters
 
 
 @dataclass(frozen=True)
@@ -24,12 +25,13 @@ class Contestant:
     integrator: str = ""
     lights: str | None = None
     estimator: str | None = None
+    noise_threshold: float | bool = False  # False: no adaptive sampling
     parameters: dict = field(default_factory=dict)  # the core's setting -> value
     light_tree: bool = True  # of Cycles
 
     def settings(self) -> dict:
         """As JSON for the worker that renders it."""
-        names = ("engine", "integrator", "lights", "estimator", "parameters", "light_tree")
+        names = ("engine", "integrator", "lights", "estimator", "noise_threshold", "parameters", "light_tree")
         return {name: getattr(self, name) for name in names}
 
 
@@ -46,13 +48,14 @@ def parse(text: str, core) -> Contestant:
         return _cycles(text, options)
     choose("integrator", name, [*core.integrators(), CYCLES])
     given = {key: options.pop(key) for key in _OPTIONS if key in options}
+    noise_threshold = _threshold(text, given.pop("noise_threshold", "off"))
     parameters = {key: _value(text, key, value) for key, value in options.items()}
     settings = {"width": 1, "height": 1, "integrator": name, **given, **parameters}
     try:
         core.reservoir_bytes(settings)
     except (ValueError, TypeError) as error:
         raise UserError(f"'{text}': {first_line(error)}", EXIT_USAGE) from error
-    return Contestant(text, "headwater", name, given.get("lights"), given.get("estimator"), parameters)
+    return Contestant(text, "headwater", name, given.get("lights"), given.get("estimator"), noise_threshold, parameters)
 
 
 def check_lights(core, context, contestants: list) -> None:
@@ -83,9 +86,18 @@ def _cycles(text: str, options: dict) -> Contestant:
     return Contestant(text, CYCLES, light_tree=render_reuse.SWITCH[tree])
 
 
+def _threshold(text: str, value: str) -> float | bool:
+    try:
+        return threshold(value)
+    except argparse.ArgumentTypeError as error:
+        raise UserError(f"'{text}': {error}", EXIT_USAGE) from error
+
+
 def _value(text: str, key: str, value: str):
     if key not in PARAMETERS:
-        known = ", ".join((*_OPTIONS, *(name.replace("_", "-") for name in PARAMETERS)))
+        known = ", ".join(
+            (*(name.replace("_", "-") for name in _OPTIONS), *(name.replace("_", "-") for name in PARAMETERS))
+        )
         raise UserError(f"'{text}': unknown option '{key}'; there are: {known}", EXIT_USAGE)
     kind, _ = render_reuse.form(PARAMETERS[key])
     try:

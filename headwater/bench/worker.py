@@ -43,7 +43,7 @@ def render(blend: MeasuredBlend, job: dict, question: dict) -> dict:
     wanted = question["contestant"]
     given = {"samples": question["samples"], "seed": question["seed"]}
     if blend.engine == "headwater":
-        given |= {name: wanted[name] for name in ("integrator", "lights", "estimator")}
+        given |= {name: wanted[name] for name in ("integrator", "lights", "estimator", "noise_threshold")}
         given["reuse"] = wanted["parameters"]
         _forget(blend.scene.headwater)
     blend.apply(job, **given)

@@ -125,6 +125,22 @@ struct SplitRecord {
 };
 HW_CHECK_SIZE(SplitRecord, 16)
 
+// What adaptive sampling samples at once (core/session/adaptive_plan.h): all pixels of a block of so many on a side,
+// once.
+HW_CONST uint HW_BLOCK_SIDE = 4u;
+HW_CONST uint HW_BLOCK_PIXELS = 16u;
+struct SampledBlock {
+  uint block;     // index within the region, row by row from the bottom
+  uint sampling;  // number of the sample, HW_SAMPLE_ODD, and the binary logarithm of its weight <<
+                  // HW_SAMPLE_WEIGHT_SHIFT
+};
+HW_CHECK_SIZE(SampledBlock, 8)
+HW_CONST uint HW_SAMPLE_ODD = 1u << 27;  // it belongs to the other half of the pixel's samples
+HW_CONST uint HW_SAMPLE_WEIGHT_SHIFT = 28u;
+// Behind a pixel's passes, in films of weighted samples: the sum of weights, the same of the even half alone, and the
+// sum of what that brought to Combined, 3.
+HW_CONST uint HW_FILM_WEIGHTS = 5u;
+
 struct RayCounters {
   uint64_t camera, indirect, shadow, transparent_shadow;
 };
@@ -146,15 +162,19 @@ struct FrameParams {
   uint64_t counters;             // RayCounters
   uint64_t hit_queues[2];        // sorted hits by shading class (HW_MAX_SHADING_CLASSES)
   uint64_t program_queue;        // light samples whose emission is a program
+  uint64_t sampled_blocks;       // SampledBlock[] of this pass, in adaptive sampling; 0: all pixels
   uint width, height;            // full frame
   uint region_x, region_y, region_width, region_height;
-  uint first_pixel;  // this wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths
+  // This wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths; of `sampled_blocks`, one
+  // block after the other.
+  uint first_pixel;
   uint wave_pixels, wave_samples;
   uint first_sample;
   uint first_sample_of_render;  // passes that are not averaged are taken from this one
   uint seed;
-  uint passes;  // bits by HW_PASS_*
-  uint film_stride;
+  uint passes;             // bits by HW_PASS_*
+  uint film_stride;        // of results, and of the film but for HW_FILM_WEIGHTS
+  uint film_pixel_stride;  // of the film
   uint pass_offset[23];
   uint max_bounces, max_diffuse, max_glossy, max_transmission, max_transparent, min_bounces;
   float clamp_direct, clamp_indirect;  // sums of |rgb|; HW_INFINITY: off
@@ -173,7 +193,7 @@ struct FrameParams {
   ReuseFrame reuse;
   LightCellFrame light_cells;  // wssr-hash
 };
-HW_CHECK_SIZE(FrameParams, 736)
+HW_CHECK_SIZE(FrameParams, 744)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Starts the paths of a wave: one camera ray each, state and results cleared, all ids queued in order.
+// variant camera_sampled: HW_SAMPLED_BLOCKS
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "lib/camera.h"
 #include "lib/filter.h"
 #include "lib/sampler.h"
+#ifdef HW_SAMPLED_BLOCKS
+#include "lib/sampled_blocks.glsl"
+#endif
 #include "lib/wave.glsl"
 layout(local_size_x = 64) in;
 
@@ -22,12 +26,18 @@ void main() {
   results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
   if (pass_on(HW_PASS_MIST)) results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_MIST]] = 1.0;  // less what surfaces show
 
+#ifdef HW_SAMPLED_BLOCKS
+  SampledPixel sampled = sampled_pixel(HW_FRAME.first_pixel + number);
+  uint pixel = sampled.inside ? sampled.y * HW_FRAME.region_width + sampled.x : 0u;
+  uint index = HW_FRAME.first_sample_of_render + sampled.number;
+#else
   uint pixel = HW_FRAME.first_pixel + number / HW_FRAME.wave_samples;
   uint index = HW_FRAME.first_sample + number % HW_FRAME.wave_samples;
   if (HW_FRAME.pixels_a_path > 1u) {
     uint among = sampler_hash(sampler_hash_combine(pixel, HW_FRAME.preparation_seed)) % HW_FRAME.pixels_a_path;
     pixel = min(pixel * HW_FRAME.pixels_a_path + among, HW_FRAME.region_width * HW_FRAME.region_height - 1u);
   }
+#endif
   uint x = HW_FRAME.region_x + pixel % HW_FRAME.region_width;
   uint y = HW_FRAME.region_y + pixel / HW_FRAME.region_width;
   uint hash = sampler_pixel_hash(x, y);
@@ -49,6 +59,9 @@ void main() {
   ray.tmax -= ray.tmin;
   ray.tmin = 0.0;
   bool seen = dot(ray.direction, ray.direction) > 0.0;  // else the panorama shows nothing here: black
+#ifdef HW_SAMPLED_BLOCKS
+  seen = seen && sampled.inside;
+#endif
   if (!seen) ray.direction = vec3(0.0, 0.0, 1.0);
   ray.mask = seen ? HW_MASK_CAMERA | HW_MASK_LAMP : 0u;
   ray.flags = 0u;

@@ -27,6 +27,7 @@ _SETTINGS = (  # of Sampling and Light Paths: property of ours, of Cycles
     ("caustics_reflective", "caustics_reflective"),
     ("caustics_refractive", "caustics_refractive"),
 )
+_ADAPTIVE = ("use_adaptive_sampling", "adaptive_threshold", "adaptive_min_samples")  # ours whoever's the others are
 
 
 class HEADWATER_OT_sampling_preset_add(AddPresetBase, bpy.types.Operator):
@@ -47,7 +48,9 @@ class HEADWATER_OT_sampling_preset_add(AddPresetBase, bpy.types.Operator):
         scene = bpy.context.scene
         own, cycles = scene.headwater, render_settings.cycles_of(scene)
         integrator = INTEGRATORS[own.integrator]
-        values = [f"own.{name}" for name in ("integrator", "estimator", "use_cycles_settings", "light_choice")]
+        values = [
+            f"own.{name}" for name in ("integrator", "estimator", "use_cycles_settings", "light_choice", *_ADAPTIVE)
+        ]
         group = integrator.group(own.estimator)
         values += [f"own.{group}.{name}" for name in integrator.parameters(own.estimator)]
         return values + [f"cycles.{theirs}" if cycles else f"own.{ours}" for ours, theirs in _SETTINGS]

@@ -59,8 +59,18 @@ class HEADWATER_RENDER_PT_sampling_render(_RenderPanel, bpy.types.Panel):
 
     def draw(self, context):
         source = cycles_of(context.scene) or context.scene.headwater
-        column = split(self.layout)
-        column.prop(source, "samples", text="Samples")
+        layout = split(self.layout)
+        own = context.scene.headwater
+        adaptive = own.use_adaptive_sampling
+        row = layout.column(align=True, heading="Noise Threshold").row(align=True)
+        row.prop(own, "use_adaptive_sampling", text="")
+        threshold = row.row()
+        threshold.active = adaptive
+        threshold.prop(own, "adaptive_threshold", text="")
+        column = layout.column(align=True)
+        column.prop(source, "samples", text="Max Samples" if adaptive else "Samples")
+        if adaptive:
+            column.prop(own, "adaptive_min_samples", text="Min Samples")
         column.prop(source, "time_limit")
 
 

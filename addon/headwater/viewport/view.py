@@ -160,7 +160,7 @@ class View:
         for name in ("width", "height", "region", "samples", "first_sample"):
             settings.pop(name, None)
         source = render_settings.cycles_of(scene) or scene.headwater
-        settings.update(seed=source.seed, time_limit=0.0)
+        settings.update(seed=source.seed, time_limit=0.0, adaptive_sampling=False)
         # Pictures that come soon before those that are clean per second: paths are split where that was asked for.
         if "bounce_samples" in reuse_properties.group_of(scene.headwater)[1]:
             settings.setdefault("bounce_samples", 1)
