@@ -58,7 +58,7 @@ class Scene:
         self.log = []
 
     def upsert_mesh(self, id, name, positions, tri_vertices, *, tri_corners=None, normals=None, tri_slots=None,
-                    attributes=(), default_uv=-1, lend=False):  # fmt: skip
+                    attributes=(), tangents=(), default_uv=-1, lend=False):  # fmt: skip
         _array(name, positions, np.float32, None, 3)
         _array(name, tri_vertices, np.uint32, None, 3)
         count = len(tri_vertices)
@@ -78,10 +78,12 @@ class Scene:
         for label, domain, values in attributes:
             _array(f"{name}.{label}", values, np.float32, None, None)
             assert len(values) >= sizes[domain]
-        assert -1 <= default_uv < len(attributes) <= 8
+        assert -1 <= default_uv < len(attributes) and len(attributes) + len(tangents) <= 8
+        for label, uv in tangents:
+            assert attributes[uv][1] != "face" and attributes[uv][2].shape[1] >= 2, label
         self.meshes[id] = dict(name=name, positions=positions.copy(), tri_vertices=tri_vertices.copy(), normals=normals,
                                tri_slots=tri_slots, tri_corners=tri_corners,
-                               attributes={a[0]: a for a in attributes}, default_uv=default_uv,
+                               attributes={a[0]: a for a in attributes}, tangents=list(tangents), default_uv=default_uv,
                                triangles=count)  # fmt: skip
         self.log.append(("mesh", id))
 

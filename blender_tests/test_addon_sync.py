@@ -303,6 +303,58 @@ def test_only_what_changed_is_sent(tmp_path):
     assert facts["shown"].count("mesh") == 1 and facts["shown"].count("instance") == 1
 
 
+def test_tangents_are_asked_for_of_the_maps_that_normal_maps_name(tmp_path):
+    facts = synced(
+        """
+        cube = bpy.data.objects["Cube"]
+        cube.data.uv_layers.new(name="Second").active_render = False
+        material = cube.data.materials[0]
+        material.use_nodes = True
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        def bend(uv_map):
+            node = nodes.new("ShaderNodeNormalMap")
+            node.uv_map = uv_map
+            links.new(nodes.new("ShaderNodeNewGeometry").outputs["Position"], node.inputs["Color"])
+            links.new(node.outputs["Normal"], nodes["Principled BSDF"].inputs["Normal"])
+        def asked():
+            sent = mesh_of("Cube")
+            names = list(sent["attributes"])
+            return [[name, names[uv]] for name, uv in sent["tangents"]]
+        sync()
+        none = asked()
+        bend("")
+        edits = sync()
+        default, again = asked(), sync()
+        bend("Second")
+        sync()
+        second = asked()
+        cube.data.uv_layers["Second"].data[3].uv.x += 0.5
+        cube.data.update()
+        moved = sync()
+        # No room: eight attributes that the material reads.
+        for i in range(6):
+            cube.data.attributes.new(f"a{i}", "FLOAT", "POINT")
+            node = nodes.new("ShaderNodeAttribute")
+            node.attribute_name = f"a{i}"
+            add = nodes.new("ShaderNodeMath")
+            links.new(node.outputs["Fac"], add.inputs[0])
+            links.new(add.inputs[1], nodes["Principled BSDF"].inputs["Roughness"].links[0].from_socket
+                      if nodes["Principled BSDF"].inputs["Roughness"].is_linked else node.outputs["Fac"])
+            links.new(add.outputs[0], nodes["Principled BSDF"].inputs["Roughness"])
+        state.notes.take()
+        sync()
+        show(none=none, edits=edits, default=default, again=again, second=second, moved=moved, full=asked(),
+             notes=state.notes.take())
+        """,
+        tmp_path,
+    )
+    assert facts["none"] == [] and facts["default"] == [[".tangent", "UVMap"]], facts
+    assert "mesh" in facts["edits"] and facts["again"] == []
+    assert facts["second"] == [["Second.tangent", "Second"]]
+    assert facts["moved"] == ["mesh"]
+    assert facts["full"] == [] and "no room for the tangents" in "".join(facts["notes"]), facts
+
+
 @pytest.mark.parametrize("persistent", [False, True])
 def test_deforming_meshes_are_sent_every_frame_and_keep_their_id(tmp_path, persistent):
     facts = run(

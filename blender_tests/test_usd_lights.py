@@ -347,6 +347,80 @@ def textured(stage, file, color_space=None):
     bind(quads(stage), material)
 
 
+def bent(stage, path, varname, transformed=False):
+    """A material with a normal map placed by a primvar, perhaps through a transform; "": by none."""
+    material, shader = surface(stage, path)
+    texture = UsdShade.Shader.Define(stage, path + "/texture")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set("bumps.png")
+    where = texture.CreateInput("st", Sdf.ValueTypeNames.Float2)
+    if transformed:
+        turn = UsdShade.Shader.Define(stage, path + "/transform")
+        turn.CreateIdAttr("UsdTransform2d")
+        where.ConnectToSource(turn.ConnectableAPI(), "result")
+        where = turn.CreateInput("in", Sdf.ValueTypeNames.Float2)
+    if varname:
+        reader = UsdShade.Shader.Define(stage, path + "/reader")
+        reader.CreateIdAttr("UsdPrimvarReader_float2")
+        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set(varname)
+        where.ConnectToSource(reader.ConnectableAPI(), "result")
+    shader.CreateInput("normal", Sdf.ValueTypeNames.Normal3f).ConnectToSource(texture.ConnectableAPI(), "rgb")
+    return material
+
+
+def mapped(mesh, **interpolations):
+    """Gives a mesh UV maps by name: their interpolation."""
+    vertices, faces = len(mesh.GetPointsAttr().Get()), len(mesh.GetFaceVertexCountsAttr().Get())
+    counts = {"vertex": vertices, "faceVarying": 4 * faces, "uniform": faces}
+    for name, kind in interpolations.items():
+        primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(name, Sdf.ValueTypeNames.TexCoord2fArray, kind)
+        primvar.Set([(i % 4, i // 4) for i in range(counts[kind])])
+    return mesh
+
+
+@pytest.mark.parametrize(
+    "varname, transformed, name, used",
+    [("st", False, "st.tangent", 0), ("other", True, "other.tangent", 1), ("", False, ".tangent", 0),
+     ("even", False, None, None), ("none", False, None, None)],
+)  # fmt: skip
+def test_normal_maps_get_the_tangents_of_their_uv_map(tmp_path, preview_surface, varname, transformed, name, used):
+    stage, path = stage_file(tmp_path)
+    mesh = mapped(quads(stage, count=2), st="vertex", other="vertex", even="uniform")
+    mesh.CreateNormalsAttr([(0, 0, 1), (0, 1, 0)] * 4)
+    mesh.SetNormalsInterpolation("vertex")
+    bind(mesh, bent(stage, "/bent", varname, transformed))
+    scene, _ = synced(stage, path)
+    (sent,) = scene.meshes.values()
+    names = list(sent["attributes"])
+    assert [(n, names[i]) for n, i in sent["tangents"]] == ([] if name is None else [(name, ("st", "other")[used])])
+    if name is not None:  # corners of their own, as a vertex may need several
+        assert sent["tri_corners"].reshape(-1).tolist() == list(range(12))
+    corners = sent["tri_vertices"] if sent["tri_corners"] is None else sent["tri_corners"]
+    assert sent["normals"][corners, 1].tolist() == (sent["tri_vertices"] % 2).tolist()
+
+
+def test_tangents_that_instances_ask_for_later_are_sent_and_too_many_left_out(tmp_path, preview_surface):
+    stage, path = stage_file(tmp_path)
+    mapped(quads(stage, "/library/thing"), st="faceVarying")
+    stage.GetPrimAtPath("/library").SetSpecifier(Sdf.SpecifierOver)
+    plain, _ = surface(stage, "/plain")
+    for number, material in enumerate((plain, bent(stage, "/bent", "st"), plain, bent(stage, "/default", ""))):
+        prim = stage.DefinePrim(f"/copy{number}", "Xform")
+        prim.GetReferences().AddInternalReference("/library")
+        prim.SetInstanceable(True)
+        bind(UsdGeom.Xform(prim), material)
+    full = mapped(quads(stage, "/full"), **{f"m{i}": "faceVarying" for i in range(8)})
+    bind(full, bent(stage, "/bent3", "m3"))
+    scene, sync = synced(stage, path)
+    sent = {mesh["name"]: mesh["tangents"] for mesh in scene.meshes.values()}
+    assert sent.pop("/full") == []
+    assert [sorted(tangents) for tangents in sent.values()] == [[(".tangent", 0), ("st.tangent", 0)]]
+    assert any("/full" in text and "no room for the tangents" in text for text in sync.report.warnings)
+    scene.log.clear()
+    sync.sync(2.0, aspect=1.0)
+    assert not [entry for entry in scene.log if entry[0] == "mesh"]
+
+
 @pytest.mark.parametrize("space, srgb", [(None, True), ("auto", True), ("sRGB", True), ("raw", False)])
 def test_texture_colour_spaces(tmp_path, preview_surface, space, srgb):
     stage, path = stage_file(tmp_path)

@@ -46,6 +46,7 @@ class Scene:
         normals: object | None = None,
         tri_slots: object | None = None,
         attributes: object | None = None,
+        tangents: Sequence[tuple[str, int]] = [],
         default_uv: int = -1,
         lend: bool = False,
     ) -> None:
@@ -60,6 +61,9 @@ class Scene:
         tri_slots: (T,) uint8, material slot of each triangle; None: slot 0.
         attributes: [(name, "vertex" | "corner" | "face", (N,) or (N, 1..4) float32)], at most 8; N is V, C or T.
             Values that are not finite become 0.
+        tangents: [(name, index of a UV map among attributes)], each one more attribute: of corners, (C, 4), unit
+            vectors along u in object space and the sign of the bitangent, as MikkTSpace averages them. Made at the next
+            sync. Without tri_corners a vertex has those of its last triangle.
         default_uv: index of the UV map among attributes, -1: none.
         lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the mesh is
             on a device that shares the host's memory, or is set or removed.
@@ -273,6 +277,7 @@ class Scene:
         ratio: float = 1.0,
         panorama: str = "equirectangular",
         range: tuple[float, float, float, float] = ...,
+        lens: tuple[float, float, float, float] = (0, 0, 0, 0),
     ) -> None:
         """
         Sets the camera.
@@ -287,7 +292,9 @@ class Scene:
         panorama: "equirectangular", range: longitude from, to, latitude from, to, radians;
             "fisheye_equidistant": field of view, radians; "fisheye_equisolid": focal length, field of view, width and
             height of the sensor; "mirror_ball"; "cube_face" (equiangular); "cylindrical": longitude from, to, height
-            from, to over the radius. What a kind does not say is not looked at.
+            from, to over the radius; "fisheye_polynomial": field of view, constant term, width and height of the
+            sensor, and lens: coefficients of the distance from its middle, of its square, cube and fourth power. What a
+            kind does not say is not looked at.
         """
 
     def clear(self) -> None:

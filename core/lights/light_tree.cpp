@@ -10,13 +10,12 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
 
 #include "lib/frame.h"
 #include "lib/light_tree.h"
 #include "lib/packed_float.h"
 #include "lights/light_bounds.h"
-#include "threads/both.h"
+#include "threads/parts.h"
 
 namespace hw {
 namespace {
@@ -32,22 +31,8 @@ struct Item {
   vec3 middle() const { return (bounds.low + bounds.high) * 0.5f; }
 };
 
-int thread_count(int wanted) {
-  return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 // Of `threads`, those that are worth their start for so many lights.
 int worth(int threads, std::size_t lights) { return lights < kLightsPerThread ? 1 : threads; }
-
-// Calls body(begin, end) for parts of [0, count).
-template <class Body>
-void in_parts(int threads, std::size_t begin, std::size_t end, const Body& body) {
-  if (threads < 2 || end - begin < kLightsPerThread) return body(begin, end);
-  const std::size_t middle = begin + (end - begin) / 2;
-  both(
-      worth(threads, end - begin), [&](int n) { in_parts(n, begin, middle, body); },
-      [&](int n) { in_parts(n, middle, end, body); });
-}
 
 // A measure of directions light leaves in: Conty Estevez and Kulla 2018, equation 1.
 float cone_measure(float theta_o, float theta_e) {
@@ -287,7 +272,7 @@ float scale_powers(std::span<Item> items, float scene_radius) {
 
 // Bounds of `items`, whose lights are given. Returns the unit of their power.
 float measure(std::span<Item> items, const LightTreeInput& input, int threads) {
-  in_parts(threads, 0, items.size(), [&](std::size_t begin, std::size_t end) {
+  in_parts(threads, kLightsPerThread, 0, items.size(), [&](std::size_t begin, std::size_t end) {
     for (Item& i : items.subspan(begin, end - begin))
       i.bounds = light_bounds(input.lights[i.light], input.weights[i.light], input.scene_radius);
   });

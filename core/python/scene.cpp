@@ -87,11 +87,12 @@ constexpr std::size_t kBytesWithoutGil = std::size_t{4} << 20;
 
 void upsert_mesh(Scene& scene, Id id, const std::string& name, nb::object positions, nb::object tri_vertices,
                  nb::object tri_corners, nb::object normals, nb::object tri_slots, nb::object attributes,
-                 int default_uv, bool lend) {
+                 const std::vector<std::tuple<std::string, std::size_t>>& tangents, int default_uv, bool lend) {
   const std::string label = scene_label("mesh", name, id);
   MeshData mesh;
   mesh.name = name;
   mesh.default_uv = default_uv;
+  for (const auto& [tangents_name, uv] : tangents) mesh.tangents.push_back({tangents_name, uv});
   // Every array's type and shape is looked at before the first is copied.
   take<float>(positions, {kAny, 3}, label + ": positions");
   take<std::uint32_t>(tri_vertices, {kAny, 3}, label + ": tri_vertices");
@@ -209,23 +210,29 @@ void set_camera(Scene& scene, const std::string& kind, nb::object matrix, std::t
 
 void bind_geometry(nb::class_<Scene>& scene) {
   scene
-      .def("upsert_mesh", &upsert_mesh, "id"_a, "name"_a, "positions"_a, "tri_vertices"_a, nb::kw_only(),
-           "tri_corners"_a = nb::none(), "normals"_a = nb::none(), "tri_slots"_a = nb::none(),
-           "attributes"_a = nb::none(), "default_uv"_a = -1, "lend"_a = false,
-           "Sets a mesh, in object space.\n\n"
-           "positions: (V, 3) float32, metres; NaN and infinity are refused.\n"
-           "tri_vertices: (T, 3) uint32 into positions; T may be 0.\n"
-           "tri_corners: (T, 3) uint32 into normals and corner attributes; None: as tri_vertices.\n"
-           "normals: (C, 3) float32, unit, one a corner; None: flat. One that is not finite or is zero becomes the\n"
-           "    geometric normal of its triangle.\n"
-           "tri_slots: (T,) uint8, material slot of each triangle; None: slot 0.\n"
-           "attributes: [(name, \"vertex\" | \"corner\" | \"face\", (N,) or (N, 1..4) float32)], at most 8; N is V, C "
-           "or T.\n"
-           "    Values that are not finite become 0.\n"
-           "default_uv: index of the UV map among attributes, -1: none.\n"
-           "lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the "
-           "mesh is\n"
-           "    on a device that shares the host's memory, or is set or removed.")
+      .def(
+          "upsert_mesh", &upsert_mesh, "id"_a, "name"_a, "positions"_a, "tri_vertices"_a, nb::kw_only(),
+          "tri_corners"_a = nb::none(), "normals"_a = nb::none(), "tri_slots"_a = nb::none(),
+          "attributes"_a = nb::none(), "tangents"_a = std::vector<std::tuple<std::string, std::size_t>>(),
+          "default_uv"_a = -1, "lend"_a = false,
+          "Sets a mesh, in object space.\n\n"
+          "positions: (V, 3) float32, metres; NaN and infinity are refused.\n"
+          "tri_vertices: (T, 3) uint32 into positions; T may be 0.\n"
+          "tri_corners: (T, 3) uint32 into normals and corner attributes; None: as tri_vertices.\n"
+          "normals: (C, 3) float32, unit, one a corner; None: flat. One that is not finite or is zero becomes the\n"
+          "    geometric normal of its triangle.\n"
+          "tri_slots: (T,) uint8, material slot of each triangle; None: slot 0.\n"
+          "attributes: [(name, \"vertex\" | \"corner\" | \"face\", (N,) or (N, 1..4) float32)], at most 8; N is V, C "
+          "or T.\n"
+          "    Values that are not finite become 0.\n"
+          "tangents: [(name, index of a UV map among attributes)], each one more attribute: of corners, (C, 4), unit\n"
+          "    vectors along u in object space and the sign of the bitangent, as MikkTSpace averages them. Made at the "
+          "next\n"
+          "    sync. Without tri_corners a vertex has those of its last triangle.\n"
+          "default_uv: index of the UV map among attributes, -1: none.\n"
+          "lend: the arrays are not copied: nobody may write to them afterwards. The scene lets go of them when the "
+          "mesh is\n"
+          "    on a device that shares the host's memory, or is set or removed.")
       .def("keep_lent", &Scene::keep_lent,
            "Copies the arrays that meshes were lent and that are not on a device yet: they may then be written to and "
            "freed.")

@@ -297,8 +297,9 @@ void Scene::remove_image(Id id) {
 
 bool Scene::has_mesh(Id id) const { return impl_->meshes.contains(id); }
 
-Changes Scene::commit() {
+Changes Scene::commit(int threads) {
   Impl& scene = *impl_;
+  scene.make_tangents(threads);  // the one part that may throw
   scene.settle_transforms();
   if (scene.has_camera && scene.camera_frame != scene.frame) {
     CameraData still = scene.camera;

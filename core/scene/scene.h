@@ -35,6 +35,12 @@ struct AttributeData {
   std::vector<float> data;
 };
 
+// Asks for the tangents of a UV map, as one more attribute of 4 components at corners (scene/tangents.h).
+struct TangentRequest {
+  std::string name;
+  std::size_t uv = 0;  // index of the map among the attributes
+};
+
 // Views of a mesh's arrays, which lie elsewhere.
 struct MeshArrays {
   std::span<const float> positions, normals;
@@ -51,6 +57,7 @@ struct MeshData {
   std::vector<float> normals;               // 3 C or empty (flat)
   std::vector<std::uint8_t> tri_slots;      // T or empty
   std::vector<AttributeData> attributes;
+  std::vector<TangentRequest> tangents;  // made at the next commit
   int default_uv = -1;
   // Where there is a keeper, the vectors are empty and the arrays are these: nobody changes them while the keeper
   // lives.
@@ -161,8 +168,9 @@ class Scene {
   void remove_material(Id id);
   void remove_image(Id id);
   bool has_mesh(Id id) const;
-  // Ends a frame's edits: transforms and cameras that were not set again keep their place, with previous = current.
-  Changes commit();
+  // Ends a frame's edits: makes tangents, on `threads` (0: all); transforms and cameras that were not set again keep
+  // their place, with previous = current.
+  Changes commit(int threads = 0);
   void clear();
 
   struct Impl;

@@ -82,6 +82,8 @@ struct Scene::Impl {
   Changes pending;
   bool instances_moved = false, instances_other = false;
 
+  void make_tangents(int threads);  // at commit: those that meshes ask for (mesh_tangents.cpp)
+
   // Instance groups (instances.cpp).
   void set_instances(Id first, const InstanceData& shared, const float* matrices, const std::uint32_t* random_ids,
                      std::size_t count);

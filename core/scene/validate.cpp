@@ -127,17 +127,29 @@ void repair_normals(MeshArrays& mesh, std::vector<float>& own) {
     if (unusable(c)) normals[3 * c] = normals[3 * c + 1] = 0, normals[3 * c + 2] = 1;
 }
 
+void check_attribute_names(const std::string& label, const MeshData& mesh) {
+  const std::size_t count = mesh.attributes.size() + mesh.tangents.size();
+  if (count > HW_MAX_ATTRIBUTES)
+    fail(label, std::to_string(count) + " attributes; at most " + std::to_string(HW_MAX_ATTRIBUTES) + " are kept");
+  std::vector<std::uint32_t> hashes;
+  const auto check = [&](const std::string& name) {
+    if (name.empty()) fail(label, "an attribute has no name");
+    const std::uint32_t hash = attribute_hash(name);
+    if (std::find(hashes.begin(), hashes.end(), hash) != hashes.end())
+      fail(label, "attribute \"" + name + "\" is given twice");
+    hashes.push_back(hash);
+  };
+  for (const AttributeData& attribute : mesh.attributes) check(attribute.name);
+  for (const TangentRequest& tangents : mesh.tangents) check(tangents.name);
+}
+
 void check_attributes(const std::string& label, MeshData& mesh, MeshArrays& arrays, std::size_t vertices,
                       std::size_t triangles, std::size_t corners) {
-  if (mesh.attributes.size() > HW_MAX_ATTRIBUTES)
-    fail(label, std::to_string(mesh.attributes.size()) + " attributes; at most " + std::to_string(HW_MAX_ATTRIBUTES) +
-                    " are kept");
-  std::vector<std::uint32_t> hashes;
+  check_attribute_names(label, mesh);
   for (std::size_t i = 0; i < mesh.attributes.size(); ++i) {
     AttributeData& attribute = mesh.attributes[i];
     std::span<const float>& values = arrays.attributes[i];
     const std::string what = "attribute \"" + attribute.name + "\"";
-    if (attribute.name.empty()) fail(label, "an attribute has no name");
     if (attribute.components < 1 || attribute.components > 4)
       fail(label, what + " has " + std::to_string(attribute.components) + " components: 1 to 4 are allowed");
     if (values.size() % attribute.components != 0) fail(label, what + " holds a part of an element");
@@ -155,9 +167,6 @@ void check_attributes(const std::string& label, MeshData& mesh, MeshArrays& arra
     } else {
       fail(label, what + " has an unknown domain (" + std::to_string(attribute.domain) + ")");
     }
-    const std::uint32_t hash = attribute_hash(attribute.name);
-    if (std::find(hashes.begin(), hashes.end(), hash) != hashes.end()) fail(label, what + " is given twice");
-    hashes.push_back(hash);
     for (std::size_t at = 0; (at += first_not_finite(values.data() + at, values.size() - at)) < values.size();)
       editable(values, attribute.data)[at] = 0;
   }
@@ -166,6 +175,36 @@ void check_attributes(const std::string& label, MeshData& mesh, MeshArrays& arra
                     std::to_string(mesh.attributes.size()) + " attributes");
   if (mesh.default_uv >= 0 && mesh.attributes[static_cast<std::size_t>(mesh.default_uv)].components < 2)
     fail(label, "default_uv names an attribute with one component");
+}
+
+// Whether the tangents that the mesh asks for can be made. Corners are counted by the highest one that a triangle
+// names: where no array has as many, it says nothing about the memory that they may take.
+void check_tangents(const std::string& label, const MeshData& mesh, const MeshArrays& arrays, std::size_t corners) {
+  std::size_t backed = std::max(arrays.tri_vertices.size(), arrays.positions.size() / 3);
+  backed = std::max(backed, arrays.normals.size() / 3);
+  for (std::size_t i = 0; i < mesh.attributes.size(); ++i)
+    if (mesh.attributes[i].domain == HW_DOMAIN_CORNER)
+      backed = std::max(backed, arrays.attributes[i].size() / mesh.attributes[i].components);
+  for (const TangentRequest& tangents : mesh.tangents) {
+    const std::string what = "tangents \"" + tangents.name + "\"";
+    if (tangents.uv >= mesh.attributes.size())
+      fail(label, what + " are of attribute " + std::to_string(tangents.uv) + ": there are " +
+                      std::to_string(mesh.attributes.size()));
+    const AttributeData& uv = mesh.attributes[tangents.uv];
+    if (uv.components < 2 || uv.domain == HW_DOMAIN_FACE)
+      fail(label, what + " are of attribute \"" + uv.name + "\", which is no UV map");
+    if (corners > backed)
+      fail(label, what + ": a triangle names corner " + std::to_string(corners - 1) + ", which no array has");
+    if (corners > kMaxElements / 4) fail(label, what + ": too many corners (2^31 numbers at most)");
+  }
+}
+
+// An attribute without values for each of the tangents, behind the others.
+void add_tangents(MeshData& mesh, MeshArrays& arrays) {
+  for (const TangentRequest& tangents : mesh.tangents) {
+    mesh.attributes.push_back({tangents.name, HW_DOMAIN_CORNER, 4, {}});
+    arrays.attributes.emplace_back();
+  }
 }
 
 }  // namespace
@@ -227,8 +266,11 @@ MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays) {
     fail(label, "tri_slots has " + std::to_string(arrays.tri_slots.size()) + " entries for " +
                     std::to_string(triangles) + " triangles");
   check_attributes(label, mesh, arrays, vertices, triangles, corners);
+  check_tangents(label, mesh, arrays, corners);
+  add_tangents(mesh, arrays);
 
   MeshSummary summary;
+  summary.corner_count = corners;
   summary.corners_in_order = in_order(arrays.tri_corners);
   if (summary.corners_in_order) {
     arrays.tri_corners = {};

@@ -20,13 +20,15 @@ std::string scene_label(const char* kind, const std::string& name, Id id);
 // What a mesh's arrays amount to, found while they are checked.
 struct MeshSummary {
   std::uint32_t vertex_count = 0, triangle_count = 0, max_slot = 0;
+  std::size_t corner_count = 0;
   bool corners_in_order = false;                    // triangle i has the corners 3i, 3i + 1, 3i + 2
   std::array<float, 3> min{0, 0, 0}, max{0, 0, 0};  // bounds of all vertices, object space; zero for none
 };
 
 // Each throws SceneError naming the object and the reason. Those that take a reference to mutable data may repair it.
 // arrays: those of the mesh. What is repaired is copied into the mesh's own vectors first, where it was lent. Corners
-// in order are forgotten: the summary says it all.
+// in order are forgotten: the summary says it all. Each of the tangents that it asks for gets an attribute without
+// values.
 MeshSummary check_mesh(Id id, MeshData& mesh, MeshArrays& arrays);
 void check_instance(Id id, const InstanceData& instance, const float* matrices, std::size_t count);
 void check_lights(std::span<const Id> ids, const LightData& light, const float* matrices);  // ids: one at least

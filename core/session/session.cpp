@@ -202,7 +202,7 @@ SyncReport Session::sync() {
   if (!d.context->begin(nullptr)) refuse(*d.context);
   const std::unique_ptr<Context, void (*)(Context*)> until_return(d.context.get(), [](Context* c) { c->end(); });
   const auto t0 = std::chrono::steady_clock::now();
-  d.scene->commit();
+  d.scene->commit(d.context->threads);
   SyncReport report;
   report.commit_seconds = seconds_since(t0);
   const TableCounts counts = d.tables->update();

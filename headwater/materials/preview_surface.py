@@ -11,7 +11,7 @@ import math
 from headwater.materials import closures, textures
 from headwater.materials import opcodes as op
 from headwater.materials.assembler import CompiledMaterial, Surface, Unsupported
-from headwater.materials.expression import Expr, Graph
+from headwater.materials.expression import Expr, Graph, attribute_hash
 
 MAX_DEPTH = 32  # shaders in a chain; a longer one is taken as a loop
 _WRAP = {"black": "CLIP", "clamp": "EXTEND", "repeat": "REPEAT", "mirror": "MIRROR", "useMetadata": "REPEAT"}
@@ -84,7 +84,24 @@ class _Compiler:
         if normal.constant:
             return g.normal
         color = g.fma(normal, g.const(0.5), g.const(0.5))
-        return g.make_varying(op.OP_NORMAL_MAP, color, g.one, g.normal, sub=op.NORMAL_MAP_TANGENT, imm=0)
+        tangents = f"{self._map_of(shader)}.tangent"
+        self._attributes.add(tangents)
+        imm = attribute_hash(tangents)
+        return g.make_varying(op.OP_NORMAL_MAP, color, g.one, g.normal, sub=op.NORMAL_MAP_TANGENT, imm=imm)
+
+    def _map_of(self, shader) -> str:
+        """Name of the primvar by which the normal's texture is placed; "" for the mesh's default UV map."""
+        from pxr import UsdShade
+
+        names = ["normal", "st"] + ["in"] * (MAX_DEPTH - 2)  # of a transform, or of one behind another
+        for name in names:
+            source = shader.GetInput(name)
+            made = UsdShade.Utils.GetValueProducingAttributes(source) if source else ()
+            if not made or not UsdShade.Output.IsOutput(made[0]):
+                break
+            shader = UsdShade.Shader(made[0].GetPrim())
+        reads = (shader.GetShaderId() or "").startswith("UsdPrimvarReader_")
+        return str(self._plain(shader, "varname", "")) if reads else ""
 
     def _list(self, shader, reason: str) -> None:
         found = Unsupported(str(shader.GetShaderId() or "Shader"), shader.GetPrim().GetName(), self._name, reason)

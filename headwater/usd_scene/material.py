@@ -13,6 +13,7 @@ from headwater.materials.assembler import Closure
 from headwater.usd_scene import light as lights
 from headwater.usd_scene.ids import path_id
 from headwater.usd_scene.images import Images
+from headwater.usd_scene.mesh import TANGENT
 
 DEFAULT = 0  # the core's own grey material
 
@@ -26,6 +27,7 @@ class Materials:
         self._images = Images(scene, report)
         self._known = {}  # material path -> id
         self._display = None
+        self._tangents = {}  # id -> names of tangents of UV maps that it reads, of materials that read some
         self._sent = {}  # id -> content, of materials that are set again
 
     def bound(self, prim, has_color: bool) -> int:
@@ -39,6 +41,10 @@ class Materials:
         if path not in self._known:
             self._known[path] = self._compile(material)
         return self._known[path]
+
+    def tangents(self, identifiers) -> set[str]:
+        """Names of the tangents that materials read: that of a UV map (none: of the default one) and ".tangent"."""
+        return set().union(*(self._tangents.get(identifier, ()) for identifier in identifiers))
 
     def subsets(self, prim) -> list:
         """(subset prim, face indices) of the mesh's material subsets that have faces."""
@@ -82,6 +88,9 @@ class Materials:
         except ValueError as error:
             self._report.warn(name, f"{first_line(error)}; it is shown grey")
             return DEFAULT
+        tangents = {name for name in compiled.attributes if name.endswith(TANGENT)}
+        if tangents:
+            self._tangents[identifier] = tangents
         return identifier
 
     def _display_color(self) -> int:

@@ -13,6 +13,7 @@ from headwater.usd_scene.triangulate import newell_normals, triangulate
 VERTEX, CORNER, FACE = "vertex", "corner", "face"
 MAX_ATTRIBUTES = 8  # HW_MAX_ATTRIBUTES
 MAX_SLOTS = 256
+TANGENT = ".tangent"  # ending of the names of tangents, behind the name of the UV map; alone: of the default one
 UV_NAMES = ("st", "UVMap", "uv", "st0", "map1", "Texture_uv")
 
 
@@ -30,6 +31,7 @@ class Mesh:
     normals: np.ndarray | None = None  # (C, 3) float32
     tri_slots: np.ndarray | None = None  # (T,) uint8
     attributes: list = field(default_factory=list)  # (name, domain, (N, k) float32)
+    tangents: list = field(default_factory=list)  # (name, index of a UV map among the attributes)
     default_uv: int = -1
 
 
@@ -73,6 +75,29 @@ def read_mesh(prim, time, points, subsets, report) -> Mesh:
     if subsets:
         mesh.tri_slots = _slots(subsets, topology, prim, report)
     return mesh
+
+
+def ask_tangents(mesh: Mesh, names) -> list[str]:
+    """Asks the core for tangents by their names; returns those there is no room for. Maps that lack have none."""
+    left_out = []
+    for name in sorted(names):
+        own = name.removesuffix(TANGENT)
+        maps = [i for i, (n, _, _) in enumerate(mesh.attributes) if n == own] if own else [mesh.default_uv]
+        if not maps or maps[0] < 0 or not _is_map(*mesh.attributes[maps[0]]):
+            continue
+        if len(mesh.attributes) + len(mesh.tangents) == MAX_ATTRIBUTES:
+            left_out.append(name)
+        else:
+            mesh.tangents.append((name, maps[0]))
+    if mesh.tangents and mesh.tri_corners is None:  # one vertex has several where the map is mirrored
+        mesh.tri_corners = np.arange(mesh.tri_vertices.size, dtype=np.uint32).reshape(-1, 3)
+        if mesh.normals is not None:
+            mesh.normals = mesh.normals[mesh.tri_vertices.reshape(-1)]
+    return left_out
+
+
+def _is_map(_name, domain, values) -> bool:
+    return domain != FACE and values.ndim == 2 and values.shape[1] >= 2
 
 
 def read_points(values) -> np.ndarray:

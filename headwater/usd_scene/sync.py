@@ -17,7 +17,7 @@ from headwater.usd_scene.ids import path_id, random_id
 from headwater.usd_scene.instances import expand_instancer
 from headwater.usd_scene.lamps import LampSync
 from headwater.usd_scene.material import Materials
-from headwater.usd_scene.mesh import MeshError, read_mesh
+from headwater.usd_scene.mesh import MeshError, ask_tangents, read_mesh
 from headwater.usd_scene.report import Report
 from headwater.usd_scene.shapes import is_shape, shape_mesh, shape_varies
 from headwater.usd_scene.skinning import Skeletons
@@ -35,6 +35,7 @@ class _KnownMesh:
     varies: bool  # may change over time
     subsets: list = field(default_factory=list)  # paths of the subsets with a material, in slot order from 1
     has_color: bool = False  # has displayColor
+    tangents: set = field(default_factory=set)  # names that materials of its instances asked for
     placed: np.ndarray | None = None  # skinned: the transform to stage space instead of the prim's own
     frame: object = None  # time it was last read at
     box: np.ndarray | None = None  # (2, 3) of its positions
@@ -119,45 +120,48 @@ class StageSync:
     # Geometry
 
     def _geometry(self, prim):
-        known = self._mesh(prim)
+        known, materials = self._mesh(prim)
         if known.error:
             return
         matrix = self._world_matrix(prim)
         if self.skeletons.binds(prim) and known.placed is not None:
             matrix = self.opened.to_world @ known.placed
         identifier = path_id(prim.GetPath(), "instance")
-        materials = self._slot_materials(prim, known)
         self._send_instance(identifier, str(prim.GetPath()), known, matrix, materials)
 
     def _instancer(self, prim):
         base = self._world_matrix(prim)
         for copies in expand_instancer(prim, self.time, self.xforms, self._visible, self.report):
-            known = self._mesh(copies.prim)
+            known, materials = self._mesh(copies.prim)
             if known.error:
                 continue
             matrices = np.ascontiguousarray((base @ copies.matrices)[:, :3], np.float32)
             identifier = path_id(copies.key, "copies")
-            materials = self._slot_materials(copies.prim, known)
             self._send_copies(identifier, copies.key, known, matrices, materials)
 
-    def _mesh(self, prim) -> _KnownMesh:
-        """The scene's mesh for a geometry prim; native instances share their prototype's."""
+    def _mesh(self, prim) -> tuple[_KnownMesh, list]:
+        """The scene's mesh for a geometry prim and the prim's materials; native instances share their prototype's.
+
+        One whose materials ask for tangents that the mesh was not given has it sent again.
+        """
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() and not self.skeletons.binds(prim) else prim
         path = source.GetPath()
         known = self._meshes.get(path)
         if known is None:
             known = self._meshes[path] = _KnownMesh(path_id(path, "mesh"), self._varies(source))
         elif not known.varies or known.frame == self.time:
-            return known
+            materials = [] if known.error else self._slot_materials(prim, known)
+            if self.materials.tangents(materials) <= known.tangents:
+                return known, materials
         known.frame = self.time
         known.placed = None
         try:
-            self._send_mesh(source, prim, known)
+            materials = self._send_mesh(source, prim, known)
             known.error = False
         except (MeshError, ValueError) as error:
-            known.error = True
+            materials, known.error = [], True
             self.report.warn(path, f"{first_line(error)}; it is left out")
-        return known
+        return known, materials
 
     def _varies(self, prim) -> bool:
         from pxr import UsdGeom
@@ -178,7 +182,8 @@ class StageSync:
         attributes += [p.GetAttr() for p in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()]
         return any(attribute.ValueMightBeTimeVarying() for attribute in attributes)
 
-    def _send_mesh(self, source, prim, known):
+    def _send_mesh(self, source, prim, known) -> list:
+        """Sends the mesh; returns the prim's materials."""
         from pxr import UsdGeom
 
         subsets = []
@@ -196,6 +201,10 @@ class StageSync:
         known.box = np.stack([mesh.positions.min(axis=0), mesh.positions.max(axis=0)]).astype(float)
         known.subsets = [subset.GetPath() for subset, _ in subsets]
         known.has_color = any(name == "displayColor" for name, _, _ in mesh.attributes)
+        materials = self._slot_materials(prim, known)
+        known.tangents |= self.materials.tangents(materials)
+        for name in ask_tangents(mesh, known.tangents):
+            self.report.warn(source.GetPath(), f"no room for the tangents '{name}' beside its primvars")
         self.scene.upsert_mesh(
             known.id,
             str(source.GetPath()),
@@ -205,8 +214,10 @@ class StageSync:
             normals=mesh.normals,
             tri_slots=mesh.tri_slots,
             attributes=mesh.attributes,
+            tangents=mesh.tangents,
             default_uv=mesh.default_uv,
         )
+        return materials
 
     def _slot_materials(self, prim, known) -> list:
         """Material ids of slot 0 (the mesh's own) and of each subset."""

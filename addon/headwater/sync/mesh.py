@@ -12,7 +12,6 @@ import numpy as np
 
 from ..nodes.tree import GENERATED
 from . import arrays
-from .tangents import corner_tangents, face_normals
 
 MAX_ATTRIBUTES = 8  # HW_MAX_ATTRIBUTES of the core
 ACTIVE_UV = ""  # the name by which materials ask for the UV map active for rendering
@@ -170,26 +169,21 @@ class _Reader:
             return self.normals(), False
         return arrays.read(mesh.vertex_normals, "vector", self.vertices, 3, np.float32, self.borrow), True
 
-    def tangent_attributes(self, vertices: np.ndarray, corners: np.ndarray, normals: np.ndarray | None) -> list[tuple]:
-        """Tangents that materials ask for, as corner attributes. vertices, corners: (T, 3)."""
+    def tangents_of(self) -> list[tuple[str, int]]:
+        """Names of tangents that materials ask for, and the index of the UV map of each among the attributes."""
         found = []
-        if not self.tangents:
-            return found
-        points = self.positions[vertices]
-        if normals is None:
-            at_corners = np.repeat(face_normals(points)[:, None, :], 3, axis=1)
-        else:
-            at_corners = normals[corners]
-        maps = {name: values for name, domain, values in self.attributes if domain == "corner" and values.shape[1] == 2}
+        maps = {
+            name: index
+            for index, (name, domain, values) in enumerate(self.attributes)
+            if domain == "corner" and values.shape[1] == 2
+        }
         for name in self.tangents:
             uv = maps.get(name.removesuffix(_TANGENT) or self.uv)
             if uv is None or len(self.attributes) + len(found) == MAX_ATTRIBUTES:
                 text = f"Mesh '{self.mesh.name}': no room for the tangents of a UV map ('{name}')"
                 self.notes.add(text, "Mesh", self.mesh.name)
                 continue
-            values = np.zeros((self.corners, 4), np.float32)
-            values[corners] = corner_tangents(points, at_corners, uv[corners])
-            found.append((name, "corner", values))
+            found.append((name, uv))
         return found
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray | None]:
@@ -288,7 +282,7 @@ class MeshSync:
         slots = _slots(reader, faces, slot_count)
         positions = reader.positions
         normals, at_vertices = reader.shading_normals()
-        attributes = reader.attributes + reader.tangent_attributes(vertices, corners, normals)
+        attributes = reader.attributes
         if faces is not None:
             attributes = [
                 (name, domain, np.ascontiguousarray(values[faces]) if domain == "face" else values)
@@ -321,6 +315,7 @@ class MeshSync:
             normals=normals,
             tri_slots=slots,
             attributes=attributes,
+            tangents=reader.tangents_of(),
             default_uv=names.index(reader.uv) if reader.uv in names else -1,
             lend=True,
         )
