@@ -12,10 +12,15 @@ import os
 import tempfile
 from pathlib import Path
 
+import alone
 import pytest
 
 VALIDATION = os.environ.get("HEADWATER_VALIDATION") == "1"
 REQUIRE_RAY_QUERY = os.environ.get("HEADWATER_REQUIRE_RAY_QUERY") == "1"
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(alone.Alone(config), "alone")
 
 
 @pytest.fixture(scope="session")

@@ -59,6 +59,7 @@ def test_the_same_bits_in_own_memory(core, make_context, own_memory, lamps_and_s
         assert np.array_equal(pictures[0], pictures[2])
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("integrator", ["path", "restir", "wssr-grid"])
 def test_a_frame_is_a_submission(own_memory, core, lamps_and_sheets, integrator):
     """Beside it: film emptied, root and lights' changes uploaded, picture fetched. Sixteen passes would be more."""
@@ -118,6 +119,7 @@ def test_more_bounces_than_are_counted(core, make_context, own_memory):
         assert picture.mean() == pytest.approx(2.0, rel=0.02)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("tracer", TRACERS)
 def test_cancelled_in_half_a_second(core, own_memory, lamps_and_sheets, tracer):
     session = core.Session(own_memory(tracer), lamps_and_sheets)
