@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of all tests: the core module, Vulkan contexts by tracer, and the rule that validation layers stay silent.
+"""Fixtures of all tests: the core module, one Vulkan context a tracer, and the rule that validation layers stay silent.
 
 Environment (set by ./dev test):
   HEADWATER_VALIDATION=1          the core uses the Khronos validation layers, in every process that a test starts;
@@ -85,13 +85,14 @@ def pytest_runtest_setup(item):
     pytest.fail(message) if REQUIRE_RAY_QUERY else pytest.skip(message)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def make_context(core):
-    """make_context(tracer="embree", **kwargs) -> Context, kept for the module: devices are dear to open."""
+    """make_context(tracer="embree", **kwargs) -> Context, one for all tests: every kernel is made but once on each, which
+    takes much longer than tests' pictures do."""
     contexts = {}
 
     def make(tracer="embree", **kwargs):
-        key = (tracer, *sorted(kwargs.items()))
+        key = (tracer, os.environ.get(alone.DRIVER), *sorted(kwargs.items()))
         if key not in contexts:
             contexts[key] = core.Context(tracer=tracer, **kwargs)
         return contexts[key]
