@@ -7,6 +7,7 @@ Environment (set by ./dev test):
   HEADWATER_REQUIRE_RAY_QUERY=1   a test marked ray_query fails, instead of being skipped, where no device has it
 """
 
+import collections
 import functools
 import os
 import tempfile
@@ -21,6 +22,16 @@ REQUIRE_RAY_QUERY = os.environ.get("HEADWATER_REQUIRE_RAY_QUERY") == "1"
 
 def pytest_configure(config):
     config.pluginmanager.register(alone.Alone(config), "alone")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Where the time went: the dearest files, beside the dearest tests that pytest names."""
+    seconds = collections.Counter()
+    for report in (r for group in terminalreporter.stats.values() for r in group if hasattr(r, "duration")):
+        seconds[report.nodeid.split("::")[0]] += report.duration
+    terminalreporter.section(f"dearest files of {sum(seconds.values()):.0f} s")
+    for name, took in seconds.most_common(12):
+        terminalreporter.write_line(f"{took:6.0f} s {name}")
 
 
 @pytest.fixture(scope="session")
