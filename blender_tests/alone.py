@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests side by side (pytest -n), but those marked `alone` with no other beside them: they ask for time or measure it.
+"""Tests side by side (pytest -n), but those marked `alone` with no other beside them: they measure time.
 
 Tests that are alone come first, in one worker. The others share a lock on a file, which a test that is alone has for
 itself. Who wants it waits in turn, holding another: no stream of tests keeps one that is alone waiting for ever. Locks

@@ -98,8 +98,8 @@ def pytest_runtest_setup(item):
 
 @pytest.fixture(scope="session")
 def make_context(core):
-    """make_context(tracer="embree", **kwargs) -> Context, one for all tests: every kernel is made but once on each, which
-    takes much longer than tests' pictures do."""
+    """make_context(tracer="embree", **kwargs) -> Context, one for all tests: to make kernels takes longer than pictures
+    of tests do."""
     contexts = {}
 
     def make(tracer="embree", **kwargs):

@@ -63,7 +63,6 @@ def bench(*arguments):
     )
 
 
-@pytest.mark.alone
 def test_still_beside_cycles(lamps, tmp_path):
     out = tmp_path / "out"
     arguments = ("--time", "0.2", "--reference-time", "1", "--seeds", "2", "--size", "48x27", "--threads", "2")
@@ -153,7 +152,6 @@ def test_late_frames_go_on_from_those_before(lamps, core):
     assert not np.array_equal(late, alone)
 
 
-@pytest.mark.alone
 def test_denoised_pictures_are_nearer(lamps, tmp_path):
     """By both engines; the reference stays as it was rendered."""
     points = {}

@@ -59,7 +59,6 @@ def test_the_same_bits_in_own_memory(core, make_context, own_memory, lamps_and_s
         assert np.array_equal(pictures[0], pictures[2])
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize("integrator", ["path", "restir", "wssr-grid"])
 def test_a_frame_is_a_submission(own_memory, core, lamps_and_sheets, integrator):
     """Beside it: film emptied, root and lights' changes uploaded, picture fetched. Sixteen passes would be more."""
