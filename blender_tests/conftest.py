@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures of all tests: the core module, Vulkan contexts by tracer, and the rule that validation layers stay silent.
+"""Fixtures of all tests: the core module, one Vulkan context a tracer, and the rule that validation layers stay silent.
 
 Environment (set by ./dev test):
   HEADWATER_VALIDATION=1          the core uses the Khronos validation layers, in every process that a test starts;
@@ -7,15 +7,31 @@ Environment (set by ./dev test):
   HEADWATER_REQUIRE_RAY_QUERY=1   a test marked ray_query fails, instead of being skipped, where no device has it
 """
 
+import collections
 import functools
 import os
 import tempfile
 from pathlib import Path
 
+import alone
 import pytest
 
 VALIDATION = os.environ.get("HEADWATER_VALIDATION") == "1"
 REQUIRE_RAY_QUERY = os.environ.get("HEADWATER_REQUIRE_RAY_QUERY") == "1"
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(alone.Alone(config), "alone")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Where the time went: the dearest files, beside the dearest tests that pytest names."""
+    seconds = collections.Counter()
+    for report in (r for group in terminalreporter.stats.values() for r in group if hasattr(r, "duration")):
+        seconds[report.nodeid.split("::")[0]] += report.duration
+    terminalreporter.section(f"dearest files of {sum(seconds.values()):.0f} s")
+    for name, took in seconds.most_common(12):
+        terminalreporter.write_line(f"{took:6.0f} s {name}")
 
 
 @pytest.fixture(scope="session")
@@ -80,13 +96,14 @@ def pytest_runtest_setup(item):
     pytest.fail(message) if REQUIRE_RAY_QUERY else pytest.skip(message)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def make_context(core):
-    """make_context(tracer="embree", **kwargs) -> Context, kept for the module: devices are dear to open."""
+    """make_context(tracer="embree", **kwargs) -> Context, one for all tests: to make kernels takes longer than pictures
+    of tests do."""
     contexts = {}
 
     def make(tracer="embree", **kwargs):
-        key = (tracer, *sorted(kwargs.items()))
+        key = (tracer, os.environ.get(alone.DRIVER), *sorted(kwargs.items()))
         if key not in contexts:
             contexts[key] = core.Context(tracer=tracer, **kwargs)
         return contexts[key]

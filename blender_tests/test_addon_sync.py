@@ -701,6 +701,7 @@ def test_particles_that_die_keep_the_others_in_place(tmp_path):
     assert max(counts) > min(counts) >= 1 and counts[5] > counts[0]
 
 
+@pytest.mark.alone
 @pytest.mark.slow
 def test_a_million_instances(tmp_path):
     facts = synced(

@@ -134,6 +134,7 @@ def test_images_of_one_pixel(results):
         assert min(red, blue) > 0.5 and green == 0
 
 
+@pytest.mark.alone
 def test_cancel_then_render_again(core, tmp_path):
     """A cancelled render ends at once with its picture, and the next one is complete."""
     facts = run(

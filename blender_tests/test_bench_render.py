@@ -120,6 +120,7 @@ def test_animation_keeps_cells_over_frames(lamps, tmp_path, core):
     assert not np.array_equal(load_colour(str(tmp_path / "alone-3.exr")), expected[2])
 
 
+@pytest.mark.alone
 def test_a_late_frame_of_an_animation(lamps, tmp_path):
     """The last frame alone is counted; the picture is that of the animation, with what cells learned before."""
     out = tmp_path / "out"
@@ -172,6 +173,7 @@ def test_engine_that_can_not_open_the_file(tmp_path):
     assert "'bad.blend' by headwater" in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.alone
 def test_ctrl_c_writes_the_report(lamps, tmp_path):
     out = tmp_path / "out"
     options = (
@@ -204,6 +206,7 @@ def test_ctrl_c_writes_the_report(lamps, tmp_path):
     assert facts["stopped"] and len(facts["points"]["path"]["1"][0]) >= 3
 
 
+@pytest.mark.alone
 def test_gpu_report(tmp_path, capsys):
     options = [
         "--gpu-report",

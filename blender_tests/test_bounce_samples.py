@@ -87,7 +87,7 @@ def test_the_same_bits_for_any_tiles_of_split_paths(core, make_context):
     scene = rich_room(core)
     given = {"samples": 3, "max_bounces": 3, "integrator": "wssr-hash", "passes": ["Combined"]}
     once = core_scenes.picture(core, make_context(), scene, 24, bounce_samples=3, **given)["Combined"]
-    session = core.Session(make_context(threads=1), scene)
+    session = core.Session(make_context(threads=3), scene)
     for tile in (64, 192):
         again = core_scenes.picture(core, None, None, 24, session, bounce_samples=3, tile_pixels=tile, **given)
         assert np.array_equal(once, again["Combined"])

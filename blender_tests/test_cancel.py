@@ -52,6 +52,7 @@ bpy.ops.render.render()
 """
 
 
+@pytest.mark.alone
 @pytest.mark.slow
 def test_half_a_second(tmp_path):
     facts = run(CODE, tmp_path, fake=False, timeout=400)

@@ -91,6 +91,7 @@ def test_png_uses_the_files_view(core, cube, tmp_path):
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.alone
 def test_ctrl_c_keeps_the_partial_picture(core, cube, tmp_path):
     process = start(cube, "-o", tmp_path / "f#.exr", "--frames", "1-2", "--samples", 1 << 20, "--no-clamp")
     try:

@@ -199,6 +199,7 @@ def test_a_failing_render_keeps_the_old_picture(scene, fake, tmp_path, monkeypat
     assert path.read_bytes() == before
 
 
+@pytest.mark.alone
 def test_interrupt_keeps_the_partial_picture_and_ends_the_animation(scene, fake, tmp_path, monkeypatch):
     monkeypatch.setattr(fake_core, "render_seconds", 30.0)
     threading.Timer(0.3, interrupt.request).start()
@@ -247,6 +248,7 @@ def test_progress_on_a_terminal_and_elsewhere():
 # The real core
 
 
+@pytest.mark.alone
 def test_ctrl_c_stops_within_half_a_second_of_a_real_render(core, scene, tmp_path):
     path = tmp_path / "x.exr"
     process = start(scene, "-o", path, "--size", "64x48", "--samples", 1 << 20, "--stats", tmp_path / "s.json")

@@ -260,6 +260,7 @@ def test_every_kind_of_edit_goes_through(core, make_context, scene):
     assert report["instances"] == report["meshes"] == report["lights"] == 0
 
 
+@pytest.mark.alone
 def test_a_million_instances(core, make_context, scene):
     matrices = np.tile(EYE, (1_000_000, 1, 1))
     matrices[:, 0, 3] = np.arange(1_000_000)
@@ -406,6 +407,7 @@ def test_pixels_outlive_their_session(core, make_context, scene):
     assert np.array_equal(pixels, before)
 
 
+@pytest.mark.alone
 def test_progress_and_pixels_while_rendering(core, make_context, scene):
     """Other threads of Python run, and may look, while the core renders."""
     session = core.Session(make_context(), scene)

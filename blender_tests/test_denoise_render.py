@@ -146,6 +146,7 @@ show(error=hb.last_error())
     assert np.array_equal(pictures["asked"]["Noisy Image"], noisy)
 
 
+@pytest.mark.alone
 def test_escape_while_denoising_keeps_the_noisy_picture(oidn, tmp_path):
     facts = run(
         FORMAT

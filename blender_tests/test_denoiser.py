@@ -73,6 +73,7 @@ def test_tiny_pictures(oidn, size):
     assert picture.shape == (*size, 4) and np.isfinite(picture).all()
 
 
+@pytest.mark.alone
 def test_cancel_is_quick(oidn):
     _, noisy, albedo, normal = scene(720, 1280)
     asked = []

@@ -118,6 +118,7 @@ def test_more_bounces_than_are_counted(core, make_context, own_memory):
         assert picture.mean() == pytest.approx(2.0, rel=0.02)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("tracer", TRACERS)
 def test_cancelled_in_half_a_second(core, own_memory, lamps_and_sheets, tracer):
     session = core.Session(own_memory(tracer), lamps_and_sheets)

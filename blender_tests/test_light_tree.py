@@ -84,7 +84,7 @@ def test_the_choice_is_made_by_the_number_of_lights(core, make_context):
 def test_the_tree_gives_the_same_bits_for_any_tiles(core, make_context):
     scene = lit_room(core)
     once = reuse_scenes.render(core, core.Session(make_context(), scene), lights="tree", samples=4, max_bounces=3)
-    session = core.Session(make_context(threads=1), scene)
+    session = core.Session(make_context(threads=3), scene)
     for tile in (0, 64, 192):
         again = reuse_scenes.render(core, session, lights="tree", samples=4, max_bounces=3, tile_pixels=tile)
         assert np.array_equal(once, again)

@@ -8,11 +8,22 @@ import pytest
 import reuse_scenes
 
 
+@pytest.fixture(scope="module")
+def contexts():
+    """Those of no window and of a large one, kept: kernels take long to make."""
+    kept = {}
+    yield kept
+    kept.clear()
+
+
 @pytest.fixture
-def render(core, monkeypatch):
+def render(core, monkeypatch, contexts):
     def render(window, scene, **settings):
         monkeypatch.setenv("HEADWATER_MEMORY_WINDOW", str(window))
-        session = core.Session(core.Context(tracer="embree"), scene)
+        context = contexts.get(window) or core.Context(tracer="embree")
+        if window in (0, 512):
+            contexts[window] = context
+        session = core.Session(context, scene)
         passes = core_scenes.picture(core, None, None, 32, session, **settings)
         return passes, session.stats()["memory"]["window"]
 

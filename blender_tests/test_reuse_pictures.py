@@ -90,8 +90,9 @@ def test_same_bits_for_any_tiles_and_threads(core, make_context, session, integr
     assert np.array_equal(rs.render(core, session, integrator, **settings), reference), "again"
     for tile_pixels in (64, 130):
         assert np.array_equal(rs.render(core, session, integrator, tile_pixels=tile_pixels, **settings), reference)
-    other = core.Session(make_context(threads=1), rs.many_lights(core))
-    assert np.array_equal(rs.render(core, other, integrator, **settings), reference), "one thread"
+    for threads in (1, 3):
+        other = core.Session(make_context(threads=threads), rs.many_lights(core))
+        assert np.array_equal(rs.render(core, other, integrator, **settings), reference), threads
 
 
 @pytest.mark.parametrize("integrator", RESERVOIRS)

@@ -130,8 +130,9 @@ def test_linear_and_the_same_bits(core, make_context, session, integrator):
     for tile_pixels in (0, 64, 130):
         again = rs.render(core, session, integrator, tile_pixels=tile_pixels, **settings)
         assert np.array_equal(again, reference)
-    other = core.Session(make_context(threads=1), rs.many_lights(core))
-    assert np.array_equal(rs.render(core, other, integrator, **settings), reference), "one thread"
+    for threads in (1, 3):
+        other = core.Session(make_context(threads=threads), rs.many_lights(core))
+        assert np.array_equal(rs.render(core, other, integrator, **settings), reference), threads
 
 
 @pytest.mark.parametrize("integrator", RESERVOIRS)

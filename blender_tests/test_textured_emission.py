@@ -133,7 +133,7 @@ def test_a_sign_takes_its_share_of_the_samples(core, make_context):
 def test_linear_and_the_same_bits(core, make_context):
     given = {"samples": 4, "max_bounces": 2}
     once = rs.render(core, core.Session(make_context(), sign_room(core)), **given)
-    again = rs.render(core, core.Session(make_context(threads=1), sign_room(core)), tile_pixels=64, **given)
+    again = rs.render(core, core.Session(make_context(threads=3), sign_room(core)), tile_pixels=64, **given)
     assert np.array_equal(once, again)
     dark = [rs.render(core, core.Session(make_context(), sign_room(core, f, lamps=0)), **given) for f in (30.0, 60.0)]
     assert dark[0].mean() > 0.01

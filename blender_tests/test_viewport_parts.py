@@ -146,6 +146,7 @@ def test_an_interrupted_picture_begins_anew():
     assert (again.resume, again.samples) == (False, 1)
 
 
+@pytest.mark.alone
 def test_final_pictures_go_before_views_and_views_take_turns():
     queue, order = turns.Turns(), []
     gave_way = threading.Event()

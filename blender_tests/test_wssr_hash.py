@@ -80,7 +80,7 @@ def test_the_same_bits_for_any_tiles(core, make_context):
     scene = lit_room(core)
     given = {"samples": 6, "max_bounces": 3}
     once = reuse_scenes.render(core, core.Session(make_context(), scene), HASH, **given)
-    session = core.Session(make_context(threads=1), scene)
+    session = core.Session(make_context(threads=3), scene)
     for tile in (0, 64, 192):
         assert np.array_equal(once, reuse_scenes.render(core, session, HASH, tile_pixels=tile, **given))
 

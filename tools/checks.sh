@@ -95,9 +95,11 @@ run_tests() {
 
   local args=() rc=0
   [ "$quick" = no ] || args+=(-m "not slow")
+  # Side by side, but where arguments ask for some of them. Tests marked alone stay so: blender_tests/alone.py.
+  [ $# -gt 0 ] || [ "$jobs" -lt 2 ] || args+=(-n 2 --dist worksteal)
   [ "$ray_query" = no ] || validation+=(HEADWATER_REQUIRE_RAY_QUERY=1)
   step="pytest"
-  printf '\n== pytest\n'
+  printf '\n== pytest, after %d s\n' "$SECONDS"
   if [ "${#failures[@]}" -gt 0 ]; then printf 'failed before pytest: %s\n' "${failures[@]}"; fi
   env "${validation[@]}" "${ray_query_env[@]}" "$py" -m pytest "${args[@]}" "$@" </dev/null || rc=$?
   if [ "${#failures[@]}" -gt 0 ]; then
