@@ -46,7 +46,7 @@ def add_arguments(parser) -> None:
         "--noise-threshold",
         type=threshold,
         metavar="X|off",
-        help="adaptive sampling: fewer samples where little noise is left, and the end where the relative error is below "
+        help="adaptive sampling: fewer samples where little noise is left, the end where the relative error is below "
         "X everywhere (0: never); off: --samples for every pixel (default: what a .blend says; of USD off)",
     )
     add("--seed", type=natural, metavar="N")
