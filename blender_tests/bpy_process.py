@@ -40,7 +40,7 @@ _FAKE = "import fake_core\ncore = fake_core.install()"
 _REAL = "import headwater._core as core"
 
 
-def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 120, check: bool = True, bpy=BPY) -> dict:
+def run(code: str, tmp, *, fake: bool = True, arguments=(), timeout: float = 400, check: bool = True, bpy=BPY) -> dict:
     """All facts shown by the code, with "stdout", "stderr" and "status". AssertionError when the process fails.
 
     bpy: a command that runs a script where there is a bpy.

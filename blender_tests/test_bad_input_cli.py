@@ -34,7 +34,7 @@ def headwater(*arguments, **environment):
         capture_output=True,
         text=True,
         env=environment,
-        timeout=120,
+        timeout=400,
     )
 
 

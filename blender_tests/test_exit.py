@@ -41,7 +41,7 @@ for call in (lambda: session.wait(5), lambda: session.read("Combined"), session.
 def _run(while_, beside=""):
     here = Path(__file__).resolve().parent
     code = CODE.format(root=str(here.parent), here=str(here), while_=while_, beside=beside)
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=400)
 
 
 def test_while_rendering(core):
