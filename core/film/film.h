@@ -32,9 +32,8 @@ struct FilmLayout {
   std::uint32_t offset[HW_PASS_COUNT] = {};
   bool light_passes = false;  // some pass needs contributions split by lobe
   bool weighted = false;      // samples have weights: adaptive sampling
-  std::uint32_t pixel_stride() const {
-    return stride + (weighted ? HW_FILM_WEIGHTS : 0);
-  }                          // floats of the film a pixel
+  // Floats of the film a pixel.
+  std::uint32_t pixel_stride() const { return stride + (weighted ? HW_FILM_WEIGHTS : 0); }
   bool split_paths() const;  // paths must carry PathSplit
 };
 // Throws std::invalid_argument naming an unknown pass and the known ones.

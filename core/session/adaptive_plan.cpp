@@ -31,8 +31,8 @@ std::uint32_t period_for(float noise, float full) {
 
 AdaptivePlan::AdaptivePlan(std::uint32_t width, std::uint32_t height, std::uint32_t samples, float threshold,
                            std::uint32_t min_samples)
-    : across_((width + HW_BLOCK_SIDE - 1) / HW_BLOCK_SIDE),
-      down_((height + HW_BLOCK_SIDE - 1) / HW_BLOCK_SIDE),
+    : across_(blocks_along(width)),
+      down_(blocks_along(height)),
       samples_(samples),
       min_samples_(min_samples),
       threshold_(threshold),

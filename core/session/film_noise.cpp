@@ -39,8 +39,7 @@ std::vector<float> film_noise(std::span<const float> sums, const FilmLayout& lay
                               std::uint32_t height, float exposure) {
   const std::size_t stride = layout.pixel_stride(), combined = layout.offset[HW_PASS_COMBINED];
   const std::vector<float> bright = brightness(sums, layout, std::size_t(width) * height);
-  const std::uint32_t across = (width + HW_BLOCK_SIDE - 1) / HW_BLOCK_SIDE;
-  const std::uint32_t down = (height + HW_BLOCK_SIDE - 1) / HW_BLOCK_SIDE;
+  const std::uint32_t across = blocks_along(width), down = blocks_along(height);
   std::vector<float> out(std::size_t(across) * down, 0.0f), pixels(across);
   for (std::uint32_t y = 0; y < height; ++y) {
     if (y % HW_BLOCK_SIDE == 0) std::fill(pixels.begin(), pixels.end(), 0.0f);

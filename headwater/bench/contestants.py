@@ -48,7 +48,7 @@ def parse(text: str, core) -> Contestant:
         return _cycles(text, options)
     choose("integrator", name, [*core.integrators(), CYCLES])
     given = {key: options.pop(key) for key in _OPTIONS if key in options}
-    noise_threshold = _threshold(text, given.pop("noise_threshold", "off"))
+    noise_threshold = _parsed(text, "noise_threshold", threshold, given.pop("noise_threshold", "off"))
     parameters = {key: _value(text, key, value) for key, value in options.items()}
     settings = {"width": 1, "height": 1, "integrator": name, **given, **parameters}
     try:
@@ -86,20 +86,16 @@ def _cycles(text: str, options: dict) -> Contestant:
     return Contestant(text, CYCLES, light_tree=render_reuse.SWITCH[tree])
 
 
-def _threshold(text: str, value: str) -> float | bool:
-    try:
-        return threshold(value)
-    except argparse.ArgumentTypeError as error:
-        raise UserError(f"'{text}': {error}", EXIT_USAGE) from error
-
-
 def _value(text: str, key: str, value: str):
     if key not in PARAMETERS:
-        known = ", ".join(
-            (*(name.replace("_", "-") for name in _OPTIONS), *(name.replace("_", "-") for name in PARAMETERS))
-        )
+        known = ", ".join(name.replace("_", "-") for name in (*_OPTIONS, *PARAMETERS))
         raise UserError(f"'{text}': unknown option '{key}'; there are: {known}", EXIT_USAGE)
     kind, _ = render_reuse.form(PARAMETERS[key])
+    return _parsed(text, key, kind, value)
+
+
+def _parsed(text: str, key: str, kind, value: str):
+    """The value as `kind`, a type of a command line's option, reads it."""
     try:
         return kind(value)
     except argparse.ArgumentTypeError as error:

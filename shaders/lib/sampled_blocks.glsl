@@ -16,7 +16,7 @@ struct SampledPixel {
 SampledPixel sampled_pixel(uint number) {
   uint64_t record = word_at(HW_FRAME.sampled_blocks, number / HW_BLOCK_PIXELS);
   uint block = word_low(record), sampling = word_high(record);
-  uint across = (HW_FRAME.region_width + HW_BLOCK_SIDE - 1u) / HW_BLOCK_SIDE;
+  uint across = blocks_along(HW_FRAME.region_width);
   uint place = number % HW_BLOCK_PIXELS;
   SampledPixel p;
   p.x = block % across * HW_BLOCK_SIDE + place % HW_BLOCK_SIDE;

@@ -131,10 +131,11 @@ HW_CONST uint HW_BLOCK_SIDE = 4u;
 HW_CONST uint HW_BLOCK_PIXELS = 16u;
 struct SampledBlock {
   uint block;     // index within the region, row by row from the bottom
-  uint sampling;  // number of the sample, HW_SAMPLE_ODD, and the binary logarithm of its weight <<
-                  // HW_SAMPLE_WEIGHT_SHIFT
+  uint sampling;  // HW_SAMPLE_*: number of the sample, half, binary logarithm of its weight
 };
 HW_CHECK_SIZE(SampledBlock, 8)
+// Blocks along a side of so many pixels; the last may reach beyond.
+HW_FN uint blocks_along(uint pixels) { return (pixels + HW_BLOCK_SIDE - 1u) / HW_BLOCK_SIDE; }
 HW_CONST uint HW_SAMPLE_ODD = 1u << 27;  // it belongs to the other half of the pixel's samples
 HW_CONST uint HW_SAMPLE_WEIGHT_SHIFT = 28u;
 // Behind a pixel's passes, in films of weighted samples: the sum of weights, the same of the even half alone, and the
