@@ -92,6 +92,8 @@ class Kernel {
   ~Kernel();
   Kernel(const Kernel&) = delete;
   Kernel& operator=(const Kernel&) = delete;
+  // The SPIR-V of that name. Throws DeviceError where there is none.
+  static std::span<const std::uint32_t> words(std::string_view name);
   VkPipeline pipeline() const { return pipeline_; }
   const std::string& name() const { return name_; }
 

@@ -22,15 +22,19 @@ const SpirvEntry* find_kernel(std::string_view name) {
 
 }  // namespace
 
-VkShaderModule make_shader_module(const Device::Impl& d, std::string_view name) {
-  const std::string text(name);
+std::span<const std::uint32_t> Kernel::words(std::string_view name) {
   const SpirvEntry* entry = find_kernel(name);
-  if (!entry) throw DeviceError("There is no kernel named \"" + text + "\".");
+  if (!entry) throw DeviceError("There is no kernel named \"" + std::string(name) + "\".");
+  return {entry->words, entry->bytes / sizeof(std::uint32_t)};
+}
+
+VkShaderModule make_shader_module(const Device::Impl& d, std::string_view name) {
+  const auto words = Kernel::words(name);
   VkShaderModuleCreateInfo create{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-  create.codeSize = entry->bytes;
-  create.pCode = entry->words;
+  create.codeSize = words.size_bytes();
+  create.pCode = words.data();
   VkShaderModule module = VK_NULL_HANDLE;
-  check(d.vk.vkCreateShaderModule(d.device, &create, nullptr, &module), "Loading kernel \"" + text + "\"");
+  check(d.vk.vkCreateShaderModule(d.device, &create, nullptr, &module), "Loading kernel \"" + std::string(name) + "\"");
   return module;
 }
 

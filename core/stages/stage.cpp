@@ -4,6 +4,8 @@
 
 #include <chrono>
 
+#include "gpu/read_constants.h"
+
 namespace hw {
 
 namespace {
@@ -17,10 +19,13 @@ KernelCache::~KernelCache() {
 }
 
 const Kernel& KernelCache::get(std::string_view name, const SpecConstants& constants) {
-  Key key(name, constants);
+  SpecConstants all = constants;
   const SpecConstants window = device_.window_constants();
-  key.second.insert(key.second.end(), window.begin(), window.end());
+  all.insert(all.end(), window.begin(), window.end());
   std::unique_lock lock(mutex_);
+  auto read = bits_read_.find(name);
+  if (read == bits_read_.end()) read = bits_read_.emplace(name, bits_read(Kernel::words(name))).first;
+  const Key key(name, only_read(read->second, all));
   for (;;) {
     if (const auto it = kernels_.find(key); it != kernels_.end()) return *it->second;
     if (const auto* cancelled = cancelled_.load(); cancelled && *cancelled) throw RenderCancelled{};

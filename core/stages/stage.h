@@ -41,6 +41,7 @@ class KernelCache {
   ~KernelCache();  // waits for a compilation that goes on
   KernelCache(const KernelCache&) = delete;
   KernelCache& operator=(const KernelCache&) = delete;
+  // Constants that the kernel does not read make no other kernel (gpu/read_constants.h).
   // Throws RenderCancelled once the flag of the Interruptible that is alive is set and the kernel is not there yet.
   const Kernel& get(std::string_view name, const SpecConstants& constants = {});
   void wait();  // until nothing compiles
@@ -70,6 +71,7 @@ class KernelCache {
   std::mutex mutex_;               // guards what follows
   std::condition_variable compiled_;
   std::map<Key, std::unique_ptr<Kernel>> kernels_;
+  std::map<std::string, std::map<std::uint32_t, std::uint32_t>, std::less<>> bits_read_;  // by kernel
   std::thread compiler_;
   bool compiling_ = false;
   Key failed_;
