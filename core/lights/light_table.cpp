@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "lights/alias_table.h"
+#include "shared/light_kinds.h"
 
 namespace hw {
 namespace {
@@ -35,6 +36,8 @@ class TriangleWriter {
         tasks_.push_back({i, b, std::min(count, b + kTrianglesPerTask)});
     }
     unusable_.assign(input_.instances.size(), 0);
+    table_.instance_kinds.resize(input_.instances.size());
+    for (std::uint32_t i : which) table_.instance_kinds[i] = 0;
     const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
     const std::size_t workers = std::min<std::size_t>(cores, tasks_.size() / 2);
     {
@@ -79,6 +82,7 @@ class TriangleWriter {
     for (std::size_t s = 0; s < slot_count; ++s) slots[s] = slot_emission(in, input_.materials, s);
     const std::size_t vertices = in.positions.size() / 3;
     bool unusable = false;
+    std::uint32_t kinds = 0;
     for (std::size_t t = task.begin; t < task.end; ++t) {
       const std::uint32_t* v = in.tri_vertices.data() + 3 * t;
       if (v[0] >= vertices || v[1] >= vertices || v[2] >= vertices) {
@@ -115,9 +119,11 @@ class TriangleWriter {
         if (!in.maps.empty() && in.maps[t] != HW_NONE) r.emission_map = in.maps_at + in.maps[t];
       }
       const double sides = (e.flags & HW_LIGHT_TWO_SIDED) ? 2 : 1;
+      kinds |= light_kinds(r);
       table_.weights[at] = e.emits ? static_cast<float>(std::min(kPi * r.area * radiance * sides, 3e38)) : 0.0f;
     }
     if (unusable) unusable_[task.instance] = 1;
+    std::atomic_ref(table_.instance_kinds[task.instance]) |= kinds;
   }
 
   const LightTableInput& input_;
@@ -171,6 +177,13 @@ void write_alias(LightSelection selection, LightTable& table) {
     w = selection == LightSelection::kUniform ? 1.0f : static_cast<float>(std::max(w / mean, 1e-5));
   }
   table.alias = build_alias_table(odds);
+}
+
+void sum_kinds(LightTable& table) {
+  table.kinds = 0;
+  const std::size_t others = table.lamp_count + std::size_t{table.world_light != HW_NONE};
+  for (const LightRecord& light : table.lights.first(others)) table.kinds |= light_kinds(light);
+  for (const std::uint32_t kinds : table.instance_kinds) table.kinds |= kinds;
 }
 
 bool is_sun(const LightData& lamp) { return lamp.type == HW_LIGHT_SUN; }
@@ -232,6 +245,7 @@ LightTable build_light_table(const LightTableInput& input, const LightRoom& room
   std::vector<std::uint32_t> all(input.instances.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
   TriangleWriter(input, table).run(all);
+  sum_kinds(table);
   write_alias(input.selection, table);
   return table;
 }
@@ -260,6 +274,7 @@ void update_light_table(LightTable& table, const LightTableInput& input, std::sp
   table.warnings.clear();
   write_lamps(input, table);
   TriangleWriter(input, table).run({moved.begin(), moved.end()});
+  sum_kinds(table);
   bool same = true;
   for (std::size_t i = 0; i < before.size() && same; ++i)
     same = std::abs(before[i] - table.weights[i]) <= 1e-4f * before[i];

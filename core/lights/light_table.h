@@ -76,9 +76,11 @@ struct LightTable {
   std::vector<AliasEntry> alias;               // one for each light
   std::vector<std::uint32_t> lamp_index;       // where input lamp i went
   std::vector<std::uint32_t> instance_offset;  // first light of input instance i; its triangle t is at offset + t
+  std::vector<std::uint32_t> instance_kinds;   // HW_KIND_* of the triangles of input instance i
   std::uint32_t lamp_count = 0;
   std::uint32_t sun_offset = 0, sun_count = 0;
   std::uint32_t world_light = HW_NONE;
+  std::uint32_t kinds = 0;             // HW_KIND_* of all
   float total_weight = 0;              // 0: nothing to sample
   std::vector<LightWarning> warnings;  // lights left out (weight 0), with the reason
 };

@@ -25,6 +25,7 @@
 #include "scene/shading_classes.h"
 #include "scene/upload.h"
 #include "shared/features.h"
+#include "shared/light_kinds.h"
 #include "shared/tables.h"
 #include "trace/tracer.h"
 
@@ -97,6 +98,10 @@ class Tables {
   float radius() const { return lights_->input_radius; }
   // Estimate of the flux of all lights together [W]: twice the emission gives twice of it.
   float light_power() const { return lights_->table.total_weight; }
+  // HW_KIND_* that kernels of this scene need.
+  std::uint32_t light_kinds() const {
+    return lights_->table.kinds | ((totals_.material_flags & HW_MATERIAL_EMISSIVE) ? HW_KIND_EMISSION : 0u);
+  }
   // Counts the light trees that were built: a refit one keeps its nodes' lights.
   std::uint64_t light_tree_revision() const { return lights_->tree_revision; }
   // Counts its builds and refits: bounds and power of its nodes are what they were.

@@ -112,7 +112,8 @@ void RenderLoop::measure_lights(Commands& commands) {
   Device& device = *context_.device;
   const SpecConstants constants{{0, tables_.totals().classes.all | tables_.world_features() | scene_features(tables_)},
                                 {1, film_.layout().mask},
-                                {2, film_.layout().light_passes ? 1u : 0u}};
+                                {2, film_.layout().light_passes ? 1u : 0u},
+                                {3, tables_.light_kinds()}};
   while (const EmissionGrid* wanted = tables_.emission_wanted())
     tables_.set_emission(measure_emission(device, *context_.kernels, tables_.root_buffer(), *wave_->frame, constants,
                                           wanted->lights, wanted->size, wanted->taps, cancelled_));
@@ -151,7 +152,8 @@ void RenderLoop::render() {
   auto constants_for = [&](std::uint32_t features) {
     return SpecConstants{{0, features | scene_features(tables_) | choice_features},
                          {1, film_.layout().mask},
-                         {2, film_.layout().light_passes ? 1u : 0u}};
+                         {2, film_.layout().light_passes ? 1u : 0u},
+                         {3, tables_.light_kinds()}};
   };
   const SpecConstants constants = constants_for(classes.all | tables_.world_features());
   std::vector<SpecConstants> class_constants;

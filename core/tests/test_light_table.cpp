@@ -15,6 +15,7 @@
 #include "lights/alias_table.h"
 #include "lights/light_table.h"
 #include "lights/world_distribution.h"
+#include "shared/light_kinds.h"
 
 using namespace hw;
 
@@ -238,6 +239,60 @@ TEST_CASE("bad meshes are refused or left out, by name") {
   CHECK(t.weights[1] > 0);
   REQUIRE(t.warnings.size() == 1);
   CHECK(t.warnings[0].name == "lantern");
+}
+
+// What kernels hold of light sampling hangs on these bits (shared/light_kinds.h).
+TEST_CASE("the kinds of light of a table, and what updates make of them") {
+  const auto kinds_of = [](std::vector<LightData> lamps, bool world = false) {
+    LightTableInput input;
+    input.lamps = lamps;
+    input.world.emits = world;
+    return build_light_table(input).kinds;
+  };
+  const auto with = [](std::uint32_t type, auto&& edit) {
+    LightData d = lamp(type, "lamp");
+    edit(d);
+    return std::vector<LightData>{d};
+  };
+  const auto plain = [](LightData&) {};
+  const auto soft = [](LightData& d) { d.flags |= HW_LIGHT_SOFT_FALLOFF; };
+  CHECK(kinds_of({}) == 0);
+  CHECK(kinds_of({}, true) == HW_KIND_WORLD);
+  CHECK(kinds_of(with(HW_LIGHT_POINT, plain)) == (HW_KIND_POINT | HW_KIND_BALL));
+  CHECK(kinds_of(with(HW_LIGHT_POINT, soft)) == HW_KIND_POINT);
+  CHECK(kinds_of(with(HW_LIGHT_SPOT, plain)) == (HW_KIND_POINT | HW_KIND_SPOT | HW_KIND_BALL));
+  CHECK(kinds_of(with(HW_LIGHT_SPOT, soft)) == (HW_KIND_POINT | HW_KIND_SPOT));
+  CHECK(kinds_of(with(HW_LIGHT_SUN, plain)) == HW_KIND_SUN);
+  CHECK(kinds_of(with(HW_LIGHT_AREA, plain)) == HW_KIND_AREA);
+  CHECK(kinds_of(with(HW_LIGHT_AREA, [](LightData& d) { d.ellipse = true; })) == (HW_KIND_AREA | HW_KIND_ELLIPSE));
+  CHECK(kinds_of(with(HW_LIGHT_AREA, [](LightData& d) { d.spread = 0.5f; })) == (HW_KIND_AREA | HW_KIND_SPREAD));
+  CHECK(kinds_of({lamp(HW_LIGHT_SUN, "s"), lamp(HW_LIGHT_AREA, "a")}, true) ==
+        (HW_KIND_SUN | HW_KIND_AREA | HW_KIND_WORLD));
+
+  const std::vector<MaterialRecord> materials{material(vec3(1), HW_MATERIAL_EMISSIVE | HW_MATERIAL_EMISSION_SHADER)};
+  const std::vector<std::uint32_t> slots{0};
+  const std::vector<float> radiance{1, 1};
+  const std::vector<std::uint32_t> maps{HW_NONE, 0};
+  std::vector<LightData> lamps{lamp(HW_LIGHT_AREA, "a")};
+  std::vector<EmissiveInstance> instances(2);
+  for (std::uint32_t i = 0; i < 2; ++i) instances[i] = {"q", i, kIdentity, kQuad, kQuadTriangles, {}, slots, 0};
+  instances[1].radiance = radiance;
+  instances[1].maps = maps;
+  instances[1].maps_at = 1;
+  LightTableInput input;
+  input.lamps = lamps;
+  input.instances = instances;
+  input.materials = materials;
+  LightTable t = build_light_table(input);
+  CHECK(t.kinds == (HW_KIND_AREA | HW_KIND_TRIANGLE | HW_KIND_TRIANGLE_MAP));
+  lamps[0].ellipse = true;
+  instances[1].maps = {};
+  update_light_table(t, input, std::vector<std::uint32_t>{1});
+  CHECK(t.kinds == (HW_KIND_AREA | HW_KIND_ELLIPSE | HW_KIND_TRIANGLE));
+  lamps[0].ellipse = false;
+  instances[1].maps = maps;
+  update_light_table(t, input, std::vector<std::uint32_t>{1});
+  CHECK(t.kinds == (HW_KIND_AREA | HW_KIND_TRIANGLE | HW_KIND_TRIANGLE_MAP));
 }
 
 TEST_CASE("an update equals a new table") {

@@ -17,18 +17,26 @@ struct AreaDomain {
 // Cycles' spread: the share of light that passes a grid of slats, by the tangent of the angle to the lamp's normal,
 // normalised so that the lamp's power stays. `cosine` is the cosine of that angle at the lamp, > 0.
 HW_FN float lamp_area_spread(LightRecord light, float cosine) {
+  if (!HW_LIT_BY(HW_KIND_SPREAD)) return 1.0f;
   float tangent = sqrt(max(0.0f, 1.0f - cosine * cosine)) / max(cosine, 1e-6f);
   float f = max((light.spread_or_spot - tangent) * light.spot_smooth, 0.0f);
   f = light.spread_or_spot > 0.0f ? f : (cosine > 0.9999997f ? HW_PI : 0.0f);
   return light.spot_smooth > 0.0f ? f : 1.0f;
 }
 
+HW_FN bool lamp_area_is_ellipse(LightRecord light) {
+  return HW_LIT_BY(HW_KIND_ELLIPSE) && (light.flags & HW_LIGHT_ELLIPSE) != 0u;
+}
+
+// Whether its spread limits where it shines.
+HW_FN bool lamp_area_limited(LightRecord light) { return HW_LIT_BY(HW_KIND_SPREAD) && light.spot_smooth > 0.0f; }
+
 // `local`: P seen from the lamp's centre along axis_x, axis_y and distance in front of the plane.
 HW_FN AreaDomain lamp_area_domain(LightRecord light, vec3 local) {
   AreaDomain a;
   vec2 full = vec2(light.size_x, light.size_y);
-  bool ellipse = (light.flags & HW_LIGHT_ELLIPSE) != 0u;
-  bool limited = light.spot_smooth > 0.0f;
+  bool ellipse = lamp_area_is_ellipse(light);
+  bool limited = lamp_area_limited(light);
   // Everything that lights P lies in a disk of radius `reach` about P's foot on the plane.
   float reach = limited ? min(local.z * light.spread_or_spot, 1e18f) : 1e18f;
   vec2 foot = vec2(local.x, local.y);
@@ -115,7 +123,7 @@ HW_FN bool lamp_area_sample(LightRecord light, vec3 P, vec2 u, HW_OUT(LightSampl
   if (a.empty) {
     return false;
   }
-  bool delta = light.spot_smooth > 0.0f && light.spread_or_spot <= 0.0f;
+  bool delta = lamp_area_limited(light) && light.spread_or_spot <= 0.0f;
   float solid_angle = lamp_area_domain_angle(a, local);
   vec2 lo = a.center - a.size * 0.5f - vec2(local.x, local.y);
   vec2 hi = a.center + a.size * 0.5f - vec2(local.x, local.y);
@@ -135,7 +143,7 @@ HW_FN bool lamp_area_sample(LightRecord light, vec3 P, vec2 u, HW_OUT(LightSampl
   s.uv = vec2((offset.x + local.x) / light.size_x, (offset.y + local.y) / light.size_y) + vec2(0.5f);
   s.flags = delta ? HW_LIGHT_SAMPLE_DELTA : 0u;
   vec2 e = s.uv - vec2(0.5f);
-  bool ellipse = (light.flags & HW_LIGHT_ELLIPSE) != 0u;
+  bool ellipse = lamp_area_is_ellipse(light);
   bool on_lamp = ellipse ? dot(e, e) <= 0.250001f : max(abs(e.x), abs(e.y)) <= 0.500001f;
   return on_lamp && s.radiance.x + s.radiance.y + s.radiance.z > 0.0f;
 }
@@ -148,7 +156,7 @@ HW_FN float lamp_area_pdf(LightRecord light, vec3 P, vec3 wi, float t) {
   vec2 at = (vec2(local.x, local.y) + vec2(dot(wi, light.axis_x), dot(wi, light.axis_y)) * t - a.center) /
             max(a.size, vec2(1e-30f));
   bool inside = a.ellipse ? dot(at, at) <= 0.25001f : max(abs(at.x), abs(at.y)) <= 0.50001f;
-  bool delta = light.spot_smooth > 0.0f && light.spread_or_spot <= 0.0f;
+  bool delta = lamp_area_limited(light) && light.spread_or_spot <= 0.0f;
   float pdf = lamp_area_domain_pdf(a, lamp_area_domain_angle(a, local), t, max(cosine, 1e-8f));
   return a.empty || delta || cosine <= 0.0f || !inside ? 0.0f : pdf;
 }

@@ -10,6 +10,7 @@ HW_NAMESPACE_BEGIN
 // Cycles' spot falloff for the direction `wi` from the receiver to the lamp: a smooth step of the cosine in the lamp's
 // own (possibly scaled) space. 1 for point lamps.
 HW_FN float lamp_spot_falloff(LightRecord light, vec3 wi) {
+  if (!HW_LIT_BY(HW_KIND_SPOT)) return 1.0f;
   float x = dot(light.axis_x, wi);
   float y = dot(light.axis_y, wi);
   float z = dot(light.axis_z, wi);
@@ -18,7 +19,9 @@ HW_FN float lamp_spot_falloff(LightRecord light, vec3 wi) {
   return light.type == HW_LIGHT_SPOT ? f * f * (3.0f - 2.0f * f) : 1.0f;
 }
 
-HW_FN bool lamp_sphere_is_disk(LightRecord light) { return (light.flags & HW_LIGHT_SOFT_FALLOFF) != 0u; }
+HW_FN bool lamp_sphere_is_disk(LightRecord light) {
+  return !HW_LIT_BY(HW_KIND_BALL) || (light.flags & HW_LIGHT_SOFT_FALLOFF) != 0u;
+}
 
 // 1 - cos of the half angle the lamp fills at distance sqrt(d2); 2 (all directions) inside a sphere.
 HW_FN float lamp_sphere_height(LightRecord light, float d2) {
@@ -31,7 +34,7 @@ HW_FN float lamp_sphere_height(LightRecord light, float d2) {
 // Height of the cone that is sampled, and whether it is the spot's own cone about its axis.
 HW_FN float lamp_sphere_sampled_height(LightRecord light, float d2, HW_OUT(bool) own_cone) {
   float height = lamp_sphere_height(light, d2);
-  own_cone = light.type == HW_LIGHT_SPOT && light.size_y < height && height < 2.0f;
+  own_cone = HW_LIT_BY(HW_KIND_SPOT) && light.type == HW_LIGHT_SPOT && light.size_y < height && height < 2.0f;
   return own_cone ? light.size_y : height;
 }
 

@@ -74,7 +74,7 @@ LightDraw draw_on_light(vec3 P, uint index, float weight, float mis_choice, vec2
   d.delta = false;
   d.program = false;
   d.uv = vec2(0.0);
-  if (light.type == HW_LIGHT_WORLD) {
+  if (HW_LIT_BY(HW_KIND_WORLD) && light.type == HW_LIGHT_WORLD) {
     world_sample(HW_ROOT.world, u2, d.wi, d.pdf);
     d.distance = HW_INFINITY;
     d.normal = -d.wi;
@@ -115,7 +115,7 @@ LightDraw draw_reservoir(vec3 P, Reservoir r, float mis_scale) {
   d.valid = false;
   if (r.light >= HW_ROOT.light_count || !(r.weight > 0.0)) return d;
   LightRecord light = light_load(r.light);
-  bool world = light.type == HW_LIGHT_WORLD;
+  bool world = HW_LIT_BY(HW_KIND_WORLD) && light.type == HW_LIGHT_WORLD;
   LightPoint p = light_point(light, vec2(r.u, r.v), P);
   d.wi = p.wi;
   d.distance = p.distance;

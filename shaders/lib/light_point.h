@@ -55,7 +55,7 @@ HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
   p.normal = vec3(0.0f, 0.0f, 1.0f);
   p.wi = p.normal;
   vec3 to_center = light.position - P;
-  if (light.type == HW_LIGHT_TRIANGLE) {
+  if (HW_LIT_BY(HW_KIND_TRIANGLE) && light.type == HW_LIGHT_TRIANGLE) {
     vec3 d = to_center + light.axis_x * uv.x + light.axis_y * uv.y;
     float t2 = max(dot(d, d), 1e-30f);
     float inv_t = inversesqrt(t2);
@@ -68,13 +68,13 @@ HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
     p.density = max(cosine, 0.0f) * light.area * inv_t * inv_t;
     return p;
   }
-  if (light.type == HW_LIGHT_WORLD) {
+  if (HW_LIT_BY(HW_KIND_WORLD) && light.type == HW_LIGHT_WORLD) {
     p.wi = light_world_direction(uv);
     p.normal = -p.wi;
     p.density = 4.0f * HW_PI;
     return p;
   }
-  if (light.type == HW_LIGHT_SUN) {
+  if (HW_LIT_BY(HW_KIND_SUN) && light.type == HW_LIGHT_SUN) {
     p.delta = light.size_x <= 0.0f;
     vec3 x, y;
     warp_frame(light.axis_z, x, y);
@@ -85,10 +85,10 @@ HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
     p.density = p.delta ? 1.0f : 2.0f * HW_PI * light.size_y;
     return p;
   }
-  if (light.type == HW_LIGHT_AREA) {
-    bool ellipse = (light.flags & HW_LIGHT_ELLIPSE) != 0u;
+  if (HW_LIT_BY(HW_KIND_AREA) && light.type == HW_LIGHT_AREA) {
+    bool ellipse = lamp_area_is_ellipse(light);
     // A spread of nothing lights along the normal only: the point is the receiver's own foot on the lamp.
-    p.delta = light.spot_smooth > 0.0f && light.spread_or_spot <= 0.0f;
+    p.delta = lamp_area_limited(light) && light.spread_or_spot <= 0.0f;
     float height = dot(to_center, light.axis_z);
     vec2 foot = -vec2(dot(to_center, light.axis_x), dot(to_center, light.axis_y));
     vec2 at = (uv - vec2(0.5f)) * vec2(light.size_x, light.size_y);
@@ -108,6 +108,7 @@ HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
     return p;
   }
   // Point and spot.
+  if (!HW_LIT_BY(HW_KIND_POINT)) return p;
   float d2 = dot(to_center, to_center);
   if (!(d2 > 1e-30f)) return p;
   float radius = light.size_x;
@@ -138,7 +139,7 @@ HW_FN LightPoint light_point(LightRecord light, vec2 uv, vec3 P) {
 HW_FN vec2 light_point_uv(LightRecord light, vec3 P, HW_IN(LightSample) s) {
   if (light.type == HW_LIGHT_TRIANGLE || light.type == HW_LIGHT_AREA) return s.uv;
   vec3 x, y;
-  if (light.type == HW_LIGHT_SUN) {
+  if (HW_LIT_BY(HW_KIND_SUN) && light.type == HW_LIGHT_SUN) {
     warp_frame(light.axis_z, x, y);
     float height = min(warp_cap_height(s.wi, light.axis_z) / max(light.size_y, 1e-30f), 1.0f);
     return vec2(height, light_turn(dot(s.wi, x), dot(s.wi, y)));
@@ -178,7 +179,8 @@ HW_FN float light_uniform_share(LightRecord light) {
 // MIS against BSDF rays weighs (see shade.comp). `uv`: its place.
 HW_FN float light_point_mis_pdf(LightRecord light, uint64_t maps, WorldDistribution world, vec3 P, HW_IN(LightPoint) p,
                                 vec2 uv) {
-  return light.type == HW_LIGHT_WORLD ? world_pdf(world, p.wi) : light_pdf(light, maps, P, p.wi, p.distance, uv);
+  if (HW_LIT_BY(HW_KIND_WORLD) && light.type == HW_LIGHT_WORLD) return world_pdf(world, p.wi);
+  return light_pdf(light, maps, P, p.wi, p.distance, uv);
 }
 
 HW_NAMESPACE_END

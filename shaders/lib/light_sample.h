@@ -2,7 +2,7 @@
 // What sampling a light returns, whatever its kind.
 #ifndef HW_LIGHT_SAMPLE_H
 #define HW_LIGHT_SAMPLE_H
-#include "../shared/lights.h"
+#include "../shared/light_kinds.h"
 #include "warp.h"
 HW_NAMESPACE_BEGIN
 

@@ -35,11 +35,13 @@ HW_FN vec2 triangle_unwarp_area(vec2 uv) {
   return uv.y > uv.x ? vec2(uv.x * 2.0f, uv.x + uv.y) : vec2(uv.x + uv.y, uv.y * 2.0f);
 }
 
+HW_FN bool triangle_has_map(LightRecord light) { return HW_LIT_BY(HW_KIND_TRIANGLE_MAP) && light.emission_map != 0u; }
+
 // The share of points drawn uniformly in solid angle; the others are drawn by area or by the map. A map knows nothing
 // of distance, the solid angle nothing of what is bright: the more of the view a triangle with a map fills, the more of
 // it is left to the solid angle, up to a half.
 HW_FN float triangle_angle_share(LightRecord light, float solid_angle) {
-  float share = light.emission_map == 0u ? 1.0f : 0.5f * min(solid_angle, 1.0f);
+  float share = !triangle_has_map(light) ? 1.0f : 0.5f * min(solid_angle, 1.0f);
   return solid_angle > HW_TRIANGLE_SOLID_ANGLE_MIN ? share : 0.0f;
 }
 
@@ -108,7 +110,7 @@ HW_FN bool triangle_light_sample(LightRecord light, uint64_t maps, vec3 P, vec2 
   hit = clamp(hit, vec2(0.0f), vec2(1.0f));
   hit = hit * (1.0f / max(hit.x + hit.y, 1.0f));
   float density = 1.0f;
-  if (light.emission_map != 0u) {
+  if (triangle_has_map(light)) {
     if (by_angle) {
       density = emission_map_density(maps, light.emission_map, triangle_unwarp_area(hit));
     } else {
@@ -137,7 +139,7 @@ HW_FN float triangle_light_pdf(LightRecord light, uint64_t maps, vec3 P, vec3 wi
   bool sampled = light.area > 0.0f && height != 0.0f && (height > 0.0f || two_sided);
   float solid_angle = triangle_solid_angle(a, light.axis_x, light.axis_y);
   float density = 1.0f;
-  if (light.emission_map != 0u) {
+  if (triangle_has_map(light)) {
     density = emission_map_density(maps, light.emission_map, triangle_unwarp_area(uv));
   }
   float pdf = triangle_point_pdf(light, solid_angle, density, abs(dot(wi, light.axis_z)), t * t);

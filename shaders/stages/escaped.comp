@@ -37,7 +37,7 @@ void missed(uint path, PathState state, vec3 direction) {
     found_light(path, state, world, weight);
   }
 
-  uint suns = HW_ROOT.sun_count;
+  uint suns = HW_LIT_BY(HW_KIND_SUN) ? HW_ROOT.sun_count : 0u;
   for (uint i = 0u; i < suns; ++i) {
     uint index = HW_ROOT.sun_offset + i;
     LightRecord sun = light_load(index);

@@ -67,13 +67,13 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   }
 
   // Emission, weighed against having sampled this triangle from the last vertex.
-  if (surface.emission.x + surface.emission.y + surface.emission.z > 0.0 && !holdout) {
+  if (HW_LIT_BY(HW_KIND_EMISSION) && surface.emission.x + surface.emission.y + surface.emission.z > 0.0 && !holdout) {
     float weight = 1.0;
-    if (state.mis_pdf > 0.0 && g.light_offset != HW_NONE) {
+    if (HW_LIT_BY(HW_KIND_TRIANGLE) && state.mis_pdf > 0.0 && g.light_offset != HW_NONE) {
       uint light = g.light_offset + hit.primitive;
       LightRecord record = light_load(light);
-      float pdf = light_pdf(record, HW_ROOT.emission_maps, state.mis_origin, ray.direction,
-                            distance(g.P, state.mis_origin), vec2(hit.u, hit.v)) *
+      float pdf = triangle_light_pdf(record, HW_ROOT.emission_maps, state.mis_origin, ray.direction,
+                                     distance(g.P, state.mis_origin), vec2(hit.u, hit.v)) *
                   light_choice_pdf(light, state);
       weight = mis_power(state.mis_pdf, HW_FRAME.reuse.light_mis_scale * pdf);
     }
