@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kernels hold the kinds of light that a scene has: the picture is that of kernels that hold all of them, and kinds that
-come and go while a session lives are in its next picture."""
+"""Kernels hold the kinds of light that a scene has: the picture is that of kernels that hold all, and kinds that come
+and go while a session lives are in its next picture."""
 
 import core_scenes
 import numpy as np

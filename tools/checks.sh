@@ -70,10 +70,10 @@ run_tests() {
   local validation=(HEADWATER_VALIDATION=1)
   if [ "$only_pytest" = no ]; then
     checked "lint" lint
-    checked "C++ tests, this machine's device" validated env "${validation[@]}" build/release/headwater_tests
+    checked "C++ tests, this machine's device" validated cxx_tests build/release/headwater_tests "${validation[@]}"
     if [ "${#ray_query_env[@]}" -gt 0 ]; then
       checked "C++ tests, ray-query device" \
-        validated env "${validation[@]}" "${ray_query_env[@]}" build/release/headwater_tests
+        validated cxx_tests build/release/headwater_tests "${validation[@]}" "${ray_query_env[@]}"
     fi
     if [ "$quick" = no ]; then
       build asan --target headwater_tests
@@ -113,6 +113,18 @@ run_tests() {
 # A shell of its own: where it can't be made, the other tests run still.
 package_apart() { (package); }
 
+# cxx_tests BINARY VARIABLE=VALUE…: all C++ tests in that environment, as many at a time as there are processors. Their
+# pictures are small: lavapipe is the quicker without threads of its own. doctest shows failures and messages alone.
+cxx_tests() {
+  local binary=$1 count at_once=8
+  shift
+  count=$("$binary" --count | sed -n 's/.*filters: //p')
+  [ "${count:-0}" -gt 0 ] || return 1
+  say "$count tests"
+  seq 1 "$at_once" "$count" | LP_NUM_THREADS=0 env "$@" xargs -P "$jobs" -I '{}' bash -c \
+    '"$1" --minimal --first="$2" --last="$(($2 + $3 - 1))"' cxx_tests "$binary" '{}' "$at_once"
+}
+
 # validated COMMAND…: fails also where the validation layers spoke while it ran.
 validated() {
   local log="$root/build/logs/validation.log" rc=0
@@ -128,7 +140,7 @@ validated() {
 
 # The driver is not instrumented: what it leaks is its own affair, named in tools/lsan.supp.
 sanitized() { # from the root: the option takes no path with a space
-  env "${ray_query_env[@]}" ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:strict_init_order=1 \
-    UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
-    LSAN_OPTIONS=suppressions=tools/lsan.supp:print_suppressions=0 build/asan/headwater_tests
+  cxx_tests build/asan/headwater_tests "${ray_query_env[@]}" \
+    ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:strict_init_order=1 \
+    UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 LSAN_OPTIONS=suppressions=tools/lsan.supp:print_suppressions=0
 }

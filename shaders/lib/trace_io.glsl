@@ -43,6 +43,7 @@ Hit no_hit(float tmax) {
   hit.v = 0.0f;
   hit.instance = HW_NONE;
   hit.primitive = HW_NONE;
+  hit.pad = 0u;
   return hit;
 }
 

@@ -14,4 +14,5 @@ void main() {
   hit.v = uv.y;
   hit.instance = triangle ? gl_InstanceID : HW_LAMP_INSTANCE;
   hit.primitive = gl_PrimitiveID;
+  hit.pad = 0u;
 }
