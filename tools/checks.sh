@@ -65,6 +65,11 @@ run_tests() {
     shift
   done
   setup test
+  local fetching= # downloads, while compilers run
+  if [ "$only_pytest$quick" = nono ]; then
+    (trap - ERR; fetch_blender) &
+    fetching=$!
+  fi
   build release
 
   local validation=(HEADWATER_VALIDATION=1)
@@ -85,7 +90,7 @@ run_tests() {
     if [ "${CI:-}" = true ] || (fetch_python_headers); then
       checked "the extension" package_apart
       validation+=(HEADWATER_REQUIRE_PACKAGE=1)
-      if fetch_blender; then
+      if wait "$fetching"; then
         checked "a real Blender" brief_blender "$(ls -t out/headwater-*-linux-x64.zip | head -n 1)"
       fi
     else
