@@ -140,6 +140,57 @@ def test_few_lights_are_left_to_the_tree(core, make_context):
     assert np.array_equal(ours, path)
 
 
+def under_lamps(core, hidden):
+    """A floor like a blurred mirror under glowing squares; or 300 lamps, most of them shut in."""
+    if hidden:
+        return hidden_lamps(core)
+    scene = core.Scene()
+    reuse_scenes.glossy(scene, roughness=0.1)
+    scene.upsert_mesh(1, "quad", core_scenes.QUAD, core_scenes.QUAD_TRIANGLES)
+    scene.upsert_instance(1, 1, core_scenes.placed(scale=2.0), materials=[reuse_scenes.GLOSSY])
+    reuse_scenes.glowing_quads(scene, 12, scale=0.3)
+    reuse_scenes.camera(scene)
+    return scene
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_cells_that_would_not_pay_are_left_alone(core, make_context, hidden):
+    """Found by rounds before the first sample, kept with the cells, found anew where those begin again."""
+    session = core.Session(make_context(), under_lamps(core, hidden))
+
+    def frame(size=256, **given):
+        found = core_scenes.picture(
+            core, None, None, size, session, integrator=HASH, samples=1, passes=["Combined"], max_bounces=0, **given
+        )
+        return found["Combined"], session.stats()["lights_by_tree"]
+
+    first, by_tree = frame()
+    assert by_tree is not hidden
+    again, same = frame()
+    assert np.array_equal(again, first) and same == by_tree
+    # For eight frames that go on nothing is measured, then it is again.
+    assert {frame(continue_history=True)[1] for _ in range(9)} == {by_tree}
+    assert not frame(size=64)[1]  # too small a picture to tell by
+
+
+def test_the_light_is_the_same_when_the_tree_draws(core, make_context):
+    session = core.Session(make_context(), under_lamps(core, False))
+    given = dict(size=256, samples=1, passes=["Combined"], max_bounces=2)
+
+    def runs(integrator):
+        found = [
+            core_scenes.picture(
+                core, None, None, session=session, integrator=integrator, light_samples=4, seed=s, **given
+            )
+            for s in range(8)
+        ]
+        return [p["Combined"][..., :3] for p in found]
+
+    ours = runs(HASH)
+    assert session.stats()["lights_by_tree"]
+    assert_same_light(ours, runs("path"), 5)
+
+
 def test_no_light_at_all_is_dark(core, make_context):
     scene = core.Scene()
     reuse_scenes.room(scene)

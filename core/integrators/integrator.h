@@ -65,10 +65,13 @@ class Integrator {
   // The seed of this frame's random numbers, of the one that was given. Another where what is kept from earlier frames
   // decides how they are used, since it may have been learned from the very same numbers.
   virtual std::uint32_t seed(std::uint32_t given) const { return given; }
-  // Passes over the picture that must come before the first sample: they leave reservoirs, no light.
+  // Passes over the picture that must come before the first sample: they leave reservoirs, no light. What one finds may
+  // call for more.
   virtual int preparations() const { return 0; }
   // How many pixels such a pass has one path for.
   virtual std::uint32_t preparation_pixels() const { return 1; }
+  // Preparations of the same set look at the same of them.
+  virtual int preparation_set(int preparation) const { return preparation / 2; }
   virtual bool prepare(Commands&, int /*preparation*/) { return true; }  // one wave; false: cancelled
   // Around the waves of a pass, or of a preparation (then `preparation` is its number, else -1).
   virtual void begin_pass(Commands&) {}

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace hw {
@@ -19,17 +21,51 @@ constexpr double kSurface = 1.2;  // of a bounce: its program, and a light sampl
 // Fewer pixels of light than this say nothing.
 constexpr std::size_t kFewest = 64;
 
+bool good(const SplitRecord& r) {
+  return std::isfinite(r.light[0]) && std::isfinite(r.light[1]) && std::isfinite(r.apart[0]) &&
+         std::isfinite(r.apart[1]);
+}
+
+double light_of(const SplitRecord& r) { return 0.5 * (double(r.light[0]) + r.light[1]); }
+
+// Variance of the pixel's two paths, each as it would be were it not split.
+double unsplit_variance(const SplitRecord& r) {
+  const double difference = double(r.light[0]) - r.light[1], apart = double(r.apart[0]) + r.apart[1];
+  constexpr double k = PathSplitting::kMeasured;
+  return 0.5 * difference * difference + (1 - 1 / k) * k * k * 0.25 * apart;
+}
+
+// Of two estimators' samples of the same pixels, none of them split, in one unit. Nothing where there is too little
+// light to tell, or the second has met but half of it.
+std::optional<std::pair<double, double>> variances(std::span<const SplitRecord> first,
+                                                   std::span<const SplitRecord> second) {
+  if (first.size() != second.size()) return {};
+  double by_first = 0, by_second = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < first.size(); ++i)
+    if (good(first[i]) && good(second[i])) by_first += light_of(first[i]), by_second += light_of(second[i]), ++count;
+  if (count < kFewestCompared || !(by_second > 0) || by_second < 0.5 * by_first) return {};
+  // Relative to what four paths say of the pixel, which noise makes too bright or too dark: so the picture's mean
+  // counts as much.
+  const double mean = 0.5 * (by_first + by_second) / double(count);
+  std::pair<double, double> v{0, 0};
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    if (!good(first[i]) || !good(second[i])) continue;
+    const double light = 0.5 * (light_of(first[i]) + light_of(second[i]));
+    const double weight = 1 / (light * light + mean * mean);
+    v.first += weight * unsplit_variance(first[i]);
+    v.second += weight * unsplit_variance(second[i]);
+  }
+  return v;
+}
+
 }  // namespace
 
 SplitVariance split_variance(std::span<const SplitRecord> records) {
-  const auto good = [](const SplitRecord& r) {
-    return std::isfinite(r.light[0]) && std::isfinite(r.light[1]) && std::isfinite(r.apart[0]) &&
-           std::isfinite(r.apart[1]);
-  };
   double mean = 0;
   std::size_t count = 0;
   for (const SplitRecord& r : records)
-    if (good(r)) mean += 0.5 * (r.light[0] + r.light[1]), ++count;
+    if (good(r)) mean += light_of(r), ++count;
   SplitVariance v{0, 0};
   if (count < kFewest || !(mean > 0)) return v;
   // What is darker than a tenth of the mean counts as if it were that bright.
@@ -37,7 +73,7 @@ SplitVariance split_variance(std::span<const SplitRecord> records) {
   double all = 0, apart = 0;
   for (const SplitRecord& r : records) {
     if (!good(r)) continue;
-    const double light = 0.5 * (r.light[0] + r.light[1]), difference = double(r.light[0]) - r.light[1];
+    const double light = light_of(r), difference = double(r.light[0]) - r.light[1];
     const double weight = 1 / (light * light + dark * dark);
     all += 0.5 * difference * difference * weight;
     apart += 0.25 * (double(r.apart[0]) + r.apart[1]) * weight;
@@ -60,14 +96,29 @@ std::uint32_t best_bounce_samples(const SplitVariance& v, const SplitCosts& cost
   return best;
 }
 
+bool tree_pays(std::span<const SplitRecord> cells, std::span<const SplitRecord> tree) {
+  const auto v = variances(cells, tree);
+  return v && v->second <= v->first;
+}
+
+bool one_light_sample_pays(std::span<const SplitRecord> several, std::span<const SplitRecord> one) {
+  const auto v = variances(several, one);
+  return v && v->second <= 1.4 * v->first;
+}
+
 PathSplitting::PathSplitting(const IntegratorContext& context, std::uint32_t pixels)
     : context_(context),
       measure_(context.kernels.get("split_measure", context.constants)),
       pixels_(pixels),
-      records_(context.device, pixels * sizeof(SplitRecord), BufferUse::device, "split paths") {}
+      records_(context.device, pixels * sizeof(SplitRecord), BufferUse::device, "split paths"),
+      tree_records_(context.device, pixels * sizeof(SplitRecord), BufferUse::device, "paths by the light tree") {}
 
-void PathSplitting::measure(Commands& commands, std::uint32_t which) {
-  const Push push{.out_queue = records_.address(), .a = which};
+void PathSplitting::measure(Commands& commands, std::uint32_t which) { measure(commands, which, records_); }
+
+void PathSplitting::measure_tree(Commands& commands, std::uint32_t which) { measure(commands, which, tree_records_); }
+
+void PathSplitting::measure(Commands& commands, std::uint32_t which, const Buffer& records) {
+  const Push push{.out_queue = records.address(), .a = which};
   const std::uint32_t paths = context_.wave.params().wave_pixels;
   commands.dispatch(measure_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
 }
@@ -76,15 +127,34 @@ std::uint32_t PathSplitting::choose(Commands& commands) {
   Wave& wave = context_.wave;
   wave.record_counters(commands);
   commands.flush();
-  std::vector<SplitRecord> records(pixels_);
-  context_.device.read(records_, 0, std::as_writable_bytes(std::span(records)));
   const RayCounters rays = wave.counters();
   // All preparations so far were counted: as many before the measured ones, with one bounce a path, as measured ones.
   const double bounces = double(rays.camera) * 0.5 * (1 + kMeasured);
   const double first = std::min(double(rays.shadow), double(rays.camera) * wave.light_samples());
   const SplitCosts costs = {first / std::max(double(rays.camera), 1.0), double(rays.indirect) / std::max(bounces, 1.0),
                             (double(rays.shadow) - first) / std::max(bounces, 1.0)};
-  return best_bounce_samples(split_variance(records), costs);
+  return best_bounce_samples(split_variance(read(records_)), costs);
+}
+
+bool PathSplitting::chooses_tree(Commands& commands) {
+  commands.flush();
+  return tree_pays(read(records_), read(tree_records_));
+}
+
+// The cells' records have been read: their place is free.
+void PathSplitting::measure_one_light_sample(Commands& commands, std::uint32_t which) {
+  measure(commands, which, records_);
+}
+
+bool PathSplitting::chooses_one_light_sample(Commands& commands) {
+  commands.flush();
+  return one_light_sample_pays(read(tree_records_), read(records_));
+}
+
+std::vector<SplitRecord> PathSplitting::read(const Buffer& records) const {
+  std::vector<SplitRecord> found(pixels_);
+  context_.device.read(records, 0, std::as_writable_bytes(std::span(found)));
+  return found;
 }
 
 }  // namespace hw

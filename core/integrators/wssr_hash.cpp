@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stages of `wssr-hash`, beside those of path:
 //   surface → shade (→ request) → trace shadow → resolve …   and after a pass: update, insert
-// `shade` draws lights by the surface's cell, `resolve` teaches it.
-// Cells change between passes only, so that a pass gives the same picture in any order of waves and threads.
+// `shade` draws lights by the surface's cell, `resolve` teaches it. Where that was found not to pay, lights are drawn
+// by the tree and no cell is asked: then it is `path`. Cells change between passes only, so that a pass gives the same
+// picture in any order of waves and threads.
 #include "integrators/wssr_hash.h"
 
 #include <algorithm>
@@ -22,6 +23,8 @@ constexpr std::uint32_t kKeepPasses = 64;
 // Before the first sample cells learn from some paths, so that no sample is wasted on what nothing is known of: rounds
 // as cuts take some to follow the light, each with a path for one pixel of so many.
 constexpr int kRounds = 4, kRoundsKept = 1;
+constexpr int kRoundsByTree = 2;            // after those, to compare; and as many with one light sample
+constexpr std::uint32_t kFramesByTree = 8;  // that go by before it is found out anew whether cells pay
 constexpr std::uint32_t kRoundPixels = 16;
 constexpr std::uint32_t kLearnEach = 8;
 constexpr float kGuessedResponse =
@@ -51,8 +54,11 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   ReservoirStore& store = context_.reservoirs;
   const RenderSettings& s = context_.settings;
   const std::string kind = s.integrator + " " + std::to_string(params_.reservoir_memory);
+  const auto found_out_anew = [&] {
+    return store.light_cells->by_tree && !s.resume && store.light_cells->frames + 1 >= kFramesByTree;
+  };
   const bool keeps = (s.continue_history || s.resume) && store.kind == kind && store.light_cells &&
-                     store.light_cells->tree == context_.light_tree_revision;
+                     store.light_cells->tree == context_.light_tree_revision && !found_out_anew();
   if (store.kind != kind || !store.light_cells) {
     store.clear();
     store.kind = kind;
@@ -66,7 +72,9 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   store.light_cells->unit = context_.light_tree_unit;
   if (!keeps) store.light_cells->passes = store.light_cells->frames = 0;
   if (keeps && !s.resume) ++store.light_cells->frames;
-  preparations_ = s.resume ? 0 : keeps ? kRoundsKept : kRounds;
+  if (!keeps) cells().by_tree = false, cells().light_samples = 0;
+  if (cells().by_tree && cells().light_samples) context_.wave.params().light_samples = cells().light_samples;
+  preparations_ = s.resume || cells().by_tree ? 0 : keeps ? kRoundsKept : kRounds;
   begin_splitting(keeps);
 
   FrameParams& frame = context_.wave.params();
@@ -99,8 +107,11 @@ std::uint32_t WssrHashIntegrator::seed(std::uint32_t given) const {
 
 std::uint32_t WssrHashIntegrator::preparation_pixels() const { return kRoundPixels; }
 
+// Rounds by the tree look at the pixels of the two before them.
+int WssrHashIntegrator::preparation_set(int preparation) const { return std::min(preparation, kRounds - 1) / 2; }
+
 // How many paths go on from a surface is measured by the last two of the rounds before a first sample, and kept with
-// the cells.
+// the cells; so is whether cells pay, by two more in which lights are drawn by the tree.
 void WssrHashIntegrator::begin_splitting(bool keeps) {
   std::uint32_t& kept = context_.reservoirs.light_cells->bounce_samples;
   FrameParams& frame = context_.wave.params();
@@ -108,23 +119,62 @@ void WssrHashIntegrator::begin_splitting(bool keeps) {
   const bool measures = preparations_ == kRounds && !params_.bounce_samples;
   frame.bounce_samples = params_.bounce_samples ? params_.bounce_samples : measures ? 1 : kept;
   if (!measures) return;
-  splitting_.emplace(context_, (context_.width * context_.height + kRoundPixels - 1) / kRoundPixels);
+  const std::uint32_t pixels = (context_.width * context_.height + kRoundPixels - 1) / kRoundPixels;
+  splitting_.emplace(context_, pixels);
+  if (pixels >= kFewestCompared) preparations_ += kRoundsByTree;
 }
 
 bool WssrHashIntegrator::prepare(Commands& commands, int preparation) {
+  if (preparation >= kRounds) {
+    if (!render_by_tree(commands)) return false;
+    const int which = preparation - kRounds;
+    if (which < kRoundsByTree)
+      splitting_->measure_tree(commands, std::uint32_t(which));
+    else
+      splitting_->measure_one_light_sample(commands, std::uint32_t(which - kRoundsByTree));
+    return true;
+  }
   if (!render(commands)) return false;
   const int which = preparation - (kRounds - 2);
   if (splitting_ && which >= 0) splitting_->measure(commands, std::uint32_t(which));
   return true;
 }
 
+bool WssrHashIntegrator::render_by_tree(Commands& commands) {
+  if (!tree_stages_) tree_stages_.emplace(context_, LightSource::kDrawn);
+  return tree_stages_->render(commands, [](std::size_t) {});
+}
+
 bool WssrHashIntegrator::render(Commands& commands) {
+  if (cells().by_tree) return render_by_tree(commands);
   stages_.after_shading = [&] {
     stages_.prepare(commands, &missing_, RayKind::kNone, nullptr);
     stages_.dispatch(commands, request_, missing_);
     stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
   };
   return stages_.render(commands, [](std::size_t) {});
+}
+
+// After the first two: whether it is the tree that draws. If so, and nobody asked for a number of light samples, after
+// two more: whether one does.
+void WssrHashIntegrator::end_round_by_tree(Commands& commands, int round) {
+  FrameParams& frame = context_.wave.params();
+  if (round == kRoundsByTree - 1) {
+    cells().by_tree = splitting_->chooses_tree(commands);
+    const bool goes_on = cells().by_tree && !context_.settings.reuse.light_samples && frame.light_samples > 1;
+    if (goes_on) {
+      preparations_ += kRoundsByTree;
+      frame.light_samples = 1;
+      return;
+    }
+  } else if (round == 2 * kRoundsByTree - 1) {
+    const bool one = splitting_->chooses_one_light_sample(commands);
+    frame.light_samples = cells().light_samples = one ? 1 : context_.wave.light_samples();
+  } else {
+    return;
+  }
+  frame.bounce_samples = cells().bounce_samples;
+  splitting_.reset();
 }
 
 // Cells learn after each pass at first, then after every second, fourth, … as one more says ever less of what is known.
@@ -134,19 +184,23 @@ bool WssrHashIntegrator::learns_now() {
 }
 
 void WssrHashIntegrator::end_pass(Commands& commands, int preparation) {
+  FrameParams& frame = context_.wave.params();
+  if (preparation >= kRounds) return end_round_by_tree(commands, preparation - kRounds);
+  if (cells().by_tree) return;
   if (learns_now()) {
     commands.begin_stage("light cells");
     dispatch_all(commands, context_.device, update_, cells().count());
     dispatch_all(commands, context_.device, insert_, cells().buckets());
     commands.flush();
   }
-  FrameParams& frame = context_.wave.params();
   frame.light_cells.pass = ++cells().passes;
   if (!splitting_) return;
   if (preparation == kRounds - 3) frame.bounce_samples = PathSplitting::kMeasured;
   if (preparation == kRounds - 1) {
-    frame.bounce_samples = cells().bounce_samples = splitting_->choose(commands);
-    splitting_.reset();
+    cells().bounce_samples = splitting_->choose(commands);
+    const bool compares = preparations_ > kRounds;
+    frame.bounce_samples = compares ? 1 : cells().bounce_samples;
+    if (!compares) splitting_.reset();
   }
 }
 

@@ -18,6 +18,7 @@ class WssrHashIntegrator final : public Integrator {
   bool render(Commands& commands) override;
   int preparations() const override { return preparations_; }
   std::uint32_t preparation_pixels() const override;
+  int preparation_set(int preparation) const override;
   bool prepare(Commands& commands, int preparation) override;
   bool samples_are_independent() const override { return false; }
   void begin_frame(Commands& commands) override;
@@ -26,15 +27,17 @@ class WssrHashIntegrator final : public Integrator {
 
  private:
   void begin_splitting(bool keeps);
+  bool render_by_tree(Commands& commands);
+  void end_round_by_tree(Commands& commands, int round);
   bool learns_now();
-  LightCells& cells() { return *context_.reservoirs.light_cells; }
+  LightCells& cells() const { return *context_.reservoirs.light_cells; }
 
   IntegratorContext context_;
   ReuseParams params_;
   std::unique_ptr<Buffer> wanted_, visited_;  // for each path
   int preparations_ = 0;
   std::uint32_t frame_passes_ = 0;
-  std::optional<PathSplitting> splitting_;  // where the number of bounces is to be found out
+  std::optional<PathSplitting> splitting_;  // where the number of bounces is to be found out, and whether cells pay
   Queue missing_;                           // paths whose cell is not there
   const Kernel& request_;
   const Kernel& update_;
@@ -42,6 +45,7 @@ class WssrHashIntegrator final : public Integrator {
   const Kernel& clear_;
   const Kernel& refit_;
   PathStages stages_;
+  std::optional<PathStages> tree_stages_;  // the same with lights drawn by the tree
 };
 
 }  // namespace hw

@@ -161,6 +161,7 @@ void RenderLoop::render() {
   commands.set_uniforms(tables_.root_buffer(), *wave.frame);
 
   apply_settings(wave.params(), settings_, film_.layout());
+  wave.params().light_samples = wave.light_samples();
   wave.params().bounce_samples =
       std::max(resolve_reuse(settings_).bounce_samples, 1u);  // integrators may find a better number
   wave.params().first_sample_of_render = settings_.first_sample;
@@ -213,7 +214,7 @@ void RenderLoop::render() {
 bool RenderLoop::passes(Commands& commands, Integrator& integrator, std::chrono::steady_clock::time_point begun) {
   SampleCounts counts = begun_;
   const std::uint32_t pixels = film_.width() * film_.height();
-  for (int preparation = 0, all = integrator.preparations(); preparation < all; ++preparation) {
+  for (int preparation = 0; preparation < integrator.preparations(); ++preparation) {
     on_stage("preparing reservoirs");
     const std::uint32_t each = integrator.preparation_pixels();
     if (!pass(commands, integrator, (pixels + each - 1) / each, 1, preparation, counts)) return false;
@@ -264,7 +265,7 @@ bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t 
     p.first_sample = settings_.first_sample + counts.samples;
     // Preparations draw other numbers than the sample they come before.
     const std::uint32_t seed = integrator.seed(settings_.seed);
-    p.preparation_seed = seed ^ std::uint32_t(settings_.first_sample + preparation / 2);
+    p.preparation_seed = seed ^ std::uint32_t(settings_.first_sample + integrator.preparation_set(preparation));
     p.seed = preparation < 0 ? seed : seed ^ (0x9e3779b9u * std::uint32_t(preparation + 1));
     wave.write_params(commands);
     if (preparation >= 0) {

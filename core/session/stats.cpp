@@ -96,6 +96,7 @@ std::string render_stats_json(const Context& context, const Tracer& tracer, cons
   if (cells.count > 0) {
     out.integer("light_cells", cells.count);
     out.integer("light_cells_used", cells.used);
+    out.boolean("lights_by_tree", cells.by_tree);
     out.integer("bounce_samples", cells.bounce_samples);
   }
   out.object("stages", stages);

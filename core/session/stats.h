@@ -12,6 +12,7 @@ namespace hw {
 // Light cells of `wssr-hash`: how many there is place for, and how many hold something. 0: there are none.
 struct CellUse {
   std::uint32_t count = 0, used = 0;
+  bool by_tree = false;              // they were found not to pay: the light tree drew lights
   std::uint32_t bounce_samples = 1;  // paths that went on from the first surface that scatters light
 };
 

@@ -49,6 +49,35 @@ TEST_CASE("light that is not finite, black pictures and too few pixels say nothi
   CHECK(split_variance({}).bounces == 0);
 }
 
+TEST_CASE("lights are drawn by the tree where that is no noisier") {
+  const auto cells = made_up(4000, 0.02, 0.03);  // a path that is not split: 0.05
+  const auto tree = [](double variance) {
+    auto records = made_up(4000, variance, 0);
+    for (SplitRecord& r : records) r.apart[0] = r.apart[1] = 0;
+    return records;
+  };
+  CHECK(tree_pays(cells, tree(0.045)));
+  CHECK(!tree_pays(cells, tree(0.055)));
+  auto broken = cells;
+  broken[7].light[0] = std::numeric_limits<float>::infinity();
+  CHECK(tree_pays(broken, tree(0.045)));
+  CHECK(!tree_pays(made_up(2000, 0.02, 0.03), std::vector<SplitRecord>(2000, {{1, 1}, {0, 0}})));  // too few to tell
+  CHECK(!tree_pays(cells, std::vector<SplitRecord>(4000)));                          // nothing met, no variance
+  CHECK(!tree_pays(cells, std::vector<SplitRecord>(4000, {{0.4f, 0.4f}, {0, 0}})));  // not half the light
+  CHECK(!tree_pays(cells, {}));
+}
+
+TEST_CASE("one light sample does where several bring little") {
+  const auto of = [](double variance) {
+    auto records = made_up(4000, variance, 0);
+    for (SplitRecord& r : records) r.apart[0] = r.apart[1] = 0;
+    return records;
+  };
+  CHECK(one_light_sample_pays(of(0.03), of(0.04)));
+  CHECK(!one_light_sample_pays(of(0.03), of(0.044)));
+  CHECK(!one_light_sample_pays(of(0.03), {}));
+}
+
 TEST_CASE("more paths go on where bounces differ and are cheap, one where they don't or are dear") {
   const SplitCosts cheap{4, 1, 0}, usual{4, 3, 2}, dear{1, 40, 40};
   CHECK(best_bounce_samples({0.01, 0}, usual) == 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a wave of split paths tells of how much their parts differ (shared/path.h, SplitRecord). One thread a path of the
+// What a wave of paths, split in three or not at all, tells of how much they and their parts differ (shared/path.h, SplitRecord). One thread a path of the
 // camera, which has a record to itself.
 // a: which of the two paths of a pixel these are; out_queue: SplitRecord[pixels of the preparation].
 #version 460
@@ -20,7 +20,8 @@ void main() {
   uint number = gl_GlobalInvocationID.x;
   if (number >= HW_FRAME.wave_pixels) return;
   uint first = number * HW_FRAME.bounce_samples;
-  float b = part(first + 1u), c = part(first + 2u);
+  bool split = HW_FRAME.bounce_samples > 2u;
+  float b = split ? part(first + 1u) : 0.0, c = split ? part(first + 2u) : 0.0;
   SplitRecordArray records = SplitRecordArray(push.out_queue);
   records.at[HW_FRAME.first_pixel + number].light[push.a] = part(first) + b + c;
   records.at[HW_FRAME.first_pixel + number].apart[push.a] = (b - c) * (b - c);
