@@ -52,7 +52,7 @@ def shown(core, context, mesh, attributes, tangents, emission):
     surface = Surface(graph)
     surface.emit(emission(graph))
     made = surface.finish([], [], [])
-    scene.upsert_material(1, "m", made.program, made.constants)
+    scene.upsert_material(1, "m", made.program, made.constants, flags=made.flags)
     scene.upsert_instance(1, 1, EYE, materials=[1])
     scene.set_camera("orthographic", placed(z=4), (-0.9, 0.9, -0.9, 0.9))
     session = core.Session(context, scene)
