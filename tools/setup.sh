@@ -165,14 +165,18 @@ setup_ray_query() {
 
 # build PRESET: configures when needed (new checkout place, new presets or requirements), then builds.
 build() {
-  local preset=$1 dir="build/$1" key cached
+  local preset=$1 dir="build/$1" key cached kernels=()
   shift
+  if [ "$preset" != release ]; then # kernels are the same
+    build release --target kernels
+    kernels=("-DHEADWATER_KERNELS=$root/build/release/generated")
+  fi
   [ -n "$(ls core/*/*.cpp 2>/dev/null)" ] || die "nothing to build"
   key=$(cat CMakePresets.json requirements/constraints.txt | sha256sum)
   cached=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$dir/CMakeCache.txt" 2>/dev/null || true)
   if [ "$cached" != "$root" ] || [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/.configured" 2>/dev/null)" != "$key" ]; then
     rm -rf "$dir"
-    run_step "configure $preset" cmake --preset "$preset"
+    run_step "configure $preset" cmake --preset "$preset" "${kernels[@]}"
     printf '%s\n' "$key" >"$dir/.configured"
   fi
   run_step "build $preset" cmake --build "$dir" -j "$jobs" "$@"
