@@ -72,8 +72,8 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   store.light_cells->unit = context_.light_tree_unit;
   if (!keeps) store.light_cells->passes = store.light_cells->frames = 0;
   if (keeps && !s.resume) ++store.light_cells->frames;
-  if (!keeps) cells().by_tree = false, cells().light_samples = 0;
-  if (cells().by_tree && cells().light_samples) context_.wave.params().light_samples = cells().light_samples;
+  if (!keeps) cells().by_tree = cells().one_light_sample = false;
+  if (cells().one_light_sample && !s.reuse.light_samples) context_.wave.params().light_samples = 1;
   preparations_ = s.resume || cells().by_tree ? 0 : keeps ? kRoundsKept : kRounds;
   begin_splitting(keeps);
 
@@ -168,8 +168,8 @@ void WssrHashIntegrator::end_round_by_tree(Commands& commands, int round) {
       return;
     }
   } else if (round == 2 * kRoundsByTree - 1) {
-    const bool one = splitting_->chooses_one_light_sample(commands);
-    frame.light_samples = cells().light_samples = one ? 1 : context_.wave.light_samples();
+    cells().one_light_sample = splitting_->chooses_one_light_sample(commands);
+    if (!cells().one_light_sample) frame.light_samples = context_.wave.light_samples();
   } else {
     return;
   }

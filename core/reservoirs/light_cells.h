@@ -26,13 +26,13 @@ class LightCells {
   // Points a frame's parameters at the table.
   void fill(LightCellFrame& frame) const;
 
-  std::uint64_t tree = 0;           // the light tree that cells' cuts are made of (Tables::light_tree_revision)
-  std::uint64_t fit = 0;            // the tree's bounds that slots were made of (Tables::light_tree_fit)
-  float unit = 1;                   // of importance in what cells know (Tables::light_tree_unit)
-  std::uint32_t passes = 0;         // that cells have been updated by
-  std::uint32_t frames = 0;         // that went on with what cells knew
-  bool by_tree = false;             // lights had best be drawn by the tree, and cells left alone
-  std::uint32_t light_samples = 0;  // then: of what the camera sees first, where the tree's should be other than cells'
+  std::uint64_t tree = 0;            // the light tree that cells' cuts are made of (Tables::light_tree_revision)
+  std::uint64_t fit = 0;             // the tree's bounds that slots were made of (Tables::light_tree_fit)
+  float unit = 1;                    // of importance in what cells know (Tables::light_tree_unit)
+  std::uint32_t passes = 0;          // that cells have been updated by
+  std::uint32_t frames = 0;          // that went on with what cells knew
+  bool by_tree = false;              // lights had best be drawn by the tree, and cells left alone
+  bool one_light_sample = false;     // then: one does of what the camera sees first, where nobody asks for a number
   std::uint32_t bounce_samples = 1;  // paths that had best go on from a surface (integrators/path_splitting.h)
 
  private:

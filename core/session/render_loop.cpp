@@ -102,6 +102,13 @@ void RenderLoop::choose_wave() {
   wave_ = std::make_unique<Wave>(device, std::uint32_t(capacity), light_samples, film_.layout());
 }
 
+SpecConstants RenderLoop::constants_for(std::uint32_t features) const {
+  return {{0, features | scene_features(tables_)},
+          {1, film_.layout().mask},
+          {2, film_.layout().light_passes ? 1u : 0u},
+          {3, tables_.light_kinds()}};
+}
+
 void RenderLoop::measure_lights(Commands& commands) {
   const auto grid = tables_.world_luminance_wanted();
   if (!grid && !tables_.emission_wanted()) return;
@@ -110,10 +117,7 @@ void RenderLoop::measure_lights(Commands& commands) {
   wave_->write_params(commands);
   commands.flush();
   Device& device = *context_.device;
-  const SpecConstants constants{{0, tables_.totals().classes.all | tables_.world_features() | scene_features(tables_)},
-                                {1, film_.layout().mask},
-                                {2, film_.layout().light_passes ? 1u : 0u},
-                                {3, tables_.light_kinds()}};
+  const SpecConstants constants = constants_for(tables_.totals().classes.all | tables_.world_features());
   while (const EmissionGrid* wanted = tables_.emission_wanted())
     tables_.set_emission(measure_emission(device, *context_.kernels, tables_.root_buffer(), *wave_->frame, constants,
                                           wanted->lights, wanted->size, wanted->taps, cancelled_));
@@ -149,15 +153,9 @@ void RenderLoop::render() {
   const bool tree = choice == "tree" && tables_.root().light_tree_nodes > 0;
   const std::uint32_t choice_features =
       (tree ? HW_FEATURE_LIGHT_TREE : 0u) | (tree && cells ? HW_FEATURE_LIGHT_CELLS : 0u);
-  auto constants_for = [&](std::uint32_t features) {
-    return SpecConstants{{0, features | scene_features(tables_) | choice_features},
-                         {1, film_.layout().mask},
-                         {2, film_.layout().light_passes ? 1u : 0u},
-                         {3, tables_.light_kinds()}};
-  };
-  const SpecConstants constants = constants_for(classes.all | tables_.world_features());
+  const SpecConstants constants = constants_for(classes.all | tables_.world_features() | choice_features);
   std::vector<SpecConstants> class_constants;
-  for (std::uint32_t features : classes.features) class_constants.push_back(constants_for(features));
+  for (std::uint32_t features : classes.features) class_constants.push_back(constants_for(features | choice_features));
   commands.set_uniforms(tables_.root_buffer(), *wave.frame);
 
   apply_settings(wave.params(), settings_, film_.layout());

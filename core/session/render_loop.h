@@ -39,6 +39,8 @@ class RenderLoop {
   void render();
   void choose_wave();
   // Evaluates what programs emit, for the odds of lights.
+  // Of kernels with these HW_FEATURE_*, and what every kernel of this scene and film must hold.
+  SpecConstants constants_for(std::uint32_t features) const;
   void measure_lights(Commands& commands);
   // Runs what is recorded, and says how far the picture is.
   void submit(Commands& commands);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a wave of paths, split in three or not at all, tells of how much they and their parts differ (shared/path.h, SplitRecord). One thread a path of the
-// camera, which has a record to itself.
+// What a wave of paths, split in three or not at all, tells of how much they and their parts differ (shared/path.h,
+// SplitRecord). One thread a path of the camera, which has a record to itself.
 // a: which of the two paths of a pixel these are; out_queue: SplitRecord[pixels of the preparation].
 #version 460
 #extension GL_GOOGLE_include_directive : require
