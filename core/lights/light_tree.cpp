@@ -85,6 +85,10 @@ class Builder {
     if (count == 1) return;
     const std::size_t left = split(first, count, depth);
     n.middle += static_cast<std::uint32_t>(left);
+    if (count <= HW_LIGHT_TREE_FEW) {
+      n.child |= static_cast<std::uint32_t>(count - 1) << HW_LIGHT_TREE_LINK_BITS;
+      n.middle |= static_cast<std::uint32_t>(left) << HW_LIGHT_TREE_LINK_BITS;
+    }
     const auto right_free = static_cast<std::uint32_t>(free + 2 * left);
     both(
         worth(threads, count), [&, this](int t) { build(free, first, left, free + 2, depth + 1, t); },
@@ -291,15 +295,17 @@ struct Summary {
 Summary fit(LightTree& tree, std::span<const Item> items, std::uint32_t node, std::uint32_t first, std::uint32_t count,
             int threads) {
   LightTreeNode& n = tree.nodes[node];
+  const uvec2 links = light_tree_unpack_links({n.child, n.middle});
   Summary sum;
-  if (n.child == HW_NONE) {
+  if (links.x == HW_NONE) {
     sum.bounds = items[first].bounds;
+    tree.leaves[first] = pack(sum.bounds, tree.scale);
   } else {
     Summary a, b;
-    const std::uint32_t left = n.middle - first;
+    const std::uint32_t left = links.y - first;
     both(
-        worth(threads, count), [&](int t) { a = fit(tree, items, n.child, first, left, t); },
-        [&](int t) { b = fit(tree, items, n.child + 1, n.middle, count - left, t); });
+        worth(threads, count), [&](int t) { a = fit(tree, items, links.x, first, left, t); },
+        [&](int t) { b = fit(tree, items, links.x + 1, links.y, count - left, t); });
     sum.bounds = unite(a.bounds, b.bounds);
     sum.looseness = a.looseness + b.looseness;
     if (a.bounds.distant == b.bounds.distant)
@@ -307,12 +313,13 @@ Summary fit(LightTree& tree, std::span<const Item> items, std::uint32_t node, st
     // What is next to a root over lights at infinity and others, or the root itself: the box of those with a place.
     sum.top = a.bounds.distant == b.bounds.distant ? sum.measure() : std::max(a.measure(), b.measure());
   }
-  n.bounds = pack(sum.bounds, tree.scale);
+  n.bounds = links.x == HW_NONE ? tree.leaves[first] : pack(sum.bounds, tree.scale);
   return sum;
 }
 
 double fit_all(LightTree& tree, std::span<const Item> items, int threads) {
   tree.scale = scale_of(items);
+  tree.leaves.resize(items.size());
   const Summary all = fit(tree, items, 0, 0, static_cast<std::uint32_t>(items.size()), threads);
   // In units of the box about all that has a place, so that a scene may grow.
   return all.top > 0 ? all.looseness / all.top : 0;
@@ -323,7 +330,8 @@ double fit_all(LightTree& tree, std::span<const Item> items, int threads) {
 LightTree build_light_tree(const LightTreeInput& input) {
   LightTree tree;
   tree.position.assign(input.lights.size(), HW_NONE);
-  if (input.lights.size() >= std::size_t{1} << 31) throw std::length_error("a light tree holds 2^31 - 1 lights");
+  if (input.lights.size() >= std::size_t{1} << (HW_LIGHT_TREE_LINK_BITS - 1))
+    throw std::length_error("a light tree holds 2^28 - 1 lights");
   const int threads = thread_count(input.threads);
   std::vector<Item> items;
   items.reserve(input.lights.size());

@@ -19,10 +19,11 @@ struct LightTreeInput {
   int threads = 0;                 // 0: as many as the machine has
 };
 
-// 2 n - 1 nodes and 8 bytes for each of the n lights of positive weight: 56 bytes a light. No lights: no nodes.
+// 2 n - 1 nodes and 24 bytes for each of the n lights of positive weight: 72 bytes a light. No lights: no nodes.
 struct LightTree {
   std::vector<LightTreeNode> nodes;
-  LightTreeScale scale{};            // of the nodes' places
+  std::vector<LightTreeBounds> leaves;  // of the light at each position
+  LightTreeScale scale{};               // of the nodes' places
   float unit = 1;                    // intensity [W sr^-1] that a power of 1 stands for; distant: irradiance [W m^-2]
   std::vector<std::uint32_t> order;  // light at each position
   std::vector<std::uint32_t> position;  // of each light of the table; HW_NONE for those left out
@@ -32,7 +33,7 @@ struct LightTree {
 
 // Top-down, in O(n log n), on all threads: splits by the surface area orientation heuristic (Conty Estevez and Kulla
 // 2018) over bins along the three axes; lights at infinity apart from the others. The same bits for any number of
-// threads. Throws std::length_error for 2^31 lights or more.
+// threads. Throws std::length_error for 2^28 lights or more.
 LightTree build_light_tree(const LightTreeInput& input);
 
 // Takes bounds and power anew, in the same layout, in O(n). False where the tree should rather be built anew: other

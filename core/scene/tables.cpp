@@ -36,6 +36,7 @@ Tables::Tables(Device& device, Scene& scene, Tracer& tracer)
       light_table_(device, "lights"),
       alias_table_(device, "light alias table"),
       light_tree_table_(device, "light tree"),
+      light_leaf_table_(device, "light tree leaves"),
       light_order_table_(device, "light tree order"),
       light_position_table_(device, "light tree positions"),
       world_table_(device, "world distribution"),
@@ -114,6 +115,7 @@ void Tables::update_root() {
   next.lights = light_table_.address();
   next.light_alias = alias_table_.address();
   next.light_tree = light_tree_table_.address();
+  next.light_leaves = light_leaf_table_.address();
   next.light_order = light_order_table_.address();
   next.light_position = light_position_table_.address();
   next.light_tree_scale = state.tree.scale;

@@ -201,6 +201,7 @@ class Tables {
   Table<LightRecord> light_table_;
   Table<AliasEntry> alias_table_;
   Table<LightTreeNode> light_tree_table_;
+  Table<LightTreeBounds> light_leaf_table_;
   Table<std::uint32_t> light_order_table_, light_position_table_;
   Table<float> world_table_, emission_map_table_;
   std::unique_ptr<Buffer> root_buffer_;

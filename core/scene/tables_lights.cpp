@@ -204,8 +204,8 @@ void Tables::update_lights(Uploader& uploader, TableCounts& counts) {
   }
   counts.bytes_uploaded += light_table_.flush(uploader) + alias_table_.flush(uploader) + world_table_.flush(uploader) +
                            instance_table_.flush(uploader) + light_tree_table_.flush(uploader) +
-                           light_order_table_.flush(uploader) + light_position_table_.flush(uploader) +
-                           emission_map_table_.flush(uploader);
+                           light_leaf_table_.flush(uploader) + light_order_table_.flush(uploader) +
+                           light_position_table_.flush(uploader) + emission_map_table_.flush(uploader);
   counts.lights_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -231,7 +231,9 @@ void Tables::update_light_tree(bool rebuilt) {
   }
   ++state.tree_fit;
   light_tree_table_.assign(state.tree.nodes);
+  light_leaf_table_.assign(state.tree.leaves);
   std::vector<LightTreeNode>().swap(state.tree.nodes);
+  std::vector<LightTreeBounds>().swap(state.tree.leaves);
   state.tree_current = true;
 }
 

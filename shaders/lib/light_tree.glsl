@@ -6,7 +6,7 @@
 #include "tables.glsl"
 
 LightTreeTables light_tree_tables() {
-  return LightTreeTables(HW_ROOT.light_tree, HW_ROOT.light_order, HW_ROOT.light_position, HW_ROOT.light_tree_scale);
+  return LightTreeTables(HW_ROOT.light_tree, HW_ROOT.light_leaves, HW_ROOT.light_order, HW_ROOT.light_position, HW_ROOT.light_tree_scale);
 }
 
 // A light below `node` for a surface at P with the unit normal N (no matter where it `transmits`): its index with the

@@ -24,6 +24,7 @@ HW_NAMESPACE_BEGIN
 // The tables of one tree, by address.
 struct LightTreeTables {
   uint64_t nodes;     // LightTreeNode[]
+  uint64_t leaves;    // LightTreeBounds[]: of the light at a position
   uint64_t order;     // uint[]: light at a position
   uint64_t position;  // uint[lights]: HW_NONE for lights that can't be chosen
   LightTreeScale scale;
@@ -41,8 +42,11 @@ struct LightTreeReceiver {
 inline LightTreeBounds light_tree_bounds(uint64_t nodes, uint i) {
   return reinterpret_cast<const LightTreeNode*>(nodes)[i].bounds;
 }
-// Left child and first position of the right one (LightTreeNode).
-inline uvec2 light_tree_links(uint64_t nodes, uint i) {
+inline LightTreeBounds light_tree_leaf(uint64_t leaves, uint position) {
+  return reinterpret_cast<const LightTreeBounds*>(leaves)[position];
+}
+// As the node has them (LightTreeNode).
+inline uvec2 light_tree_packed_links(uint64_t nodes, uint i) {
   const LightTreeNode& n = reinterpret_cast<const LightTreeNode*>(nodes)[i];
   return {n.child, n.middle};
 }
@@ -55,11 +59,29 @@ LightTreeBounds light_tree_bounds(uint64_t nodes, uint i) {
   uint64_t w = nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES;
   return light_tree_bounds_of(word_at(w, 0u), word_at(w, 1u));
 }
-uvec2 light_tree_links(uint64_t nodes, uint i) {
+LightTreeBounds light_tree_leaf(uint64_t leaves, uint position) {
+  uint64_t w = leaves + uint64_t(position) * HW_LIGHT_TREE_BOUNDS_BYTES;
+  return light_tree_bounds_of(word_at(w, 0u), word_at(w, 1u));
+}
+uvec2 light_tree_packed_links(uint64_t nodes, uint i) {
   uint64_t w = word_at(nodes + uint64_t(i) * HW_LIGHT_TREE_NODE_BYTES, 2u);
   return uvec2(word_low(w), word_high(w));
 }
 #endif
+// Left child, HW_NONE of a leaf, and first position of the right one.
+HW_FN uvec2 light_tree_unpack_links(uvec2 packed) {
+  return packed.x == HW_NONE ? packed : uvec2(packed.x & HW_LIGHT_TREE_LINK, packed.y & HW_LIGHT_TREE_LINK);
+}
+HW_FN uvec2 light_tree_links(uint64_t nodes, uint i) {
+  return light_tree_unpack_links(light_tree_packed_links(nodes, i));
+}
+// Lights below a node over few, 1 of others; the first one's position, of a leaf and of a node over few.
+HW_FN uint light_tree_few(uvec2 packed) {
+  return packed.x == HW_NONE ? 1u : (packed.x >> HW_LIGHT_TREE_LINK_BITS) + 1u;
+}
+HW_FN uint light_tree_few_first(uvec2 packed) {
+  return packed.x == HW_NONE ? packed.y : (packed.y & HW_LIGHT_TREE_LINK) - (packed.y >> HW_LIGHT_TREE_LINK_BITS);
+}
 
 // The scale of directions, in the place of distant nodes.
 HW_CONST float HW_LIGHT_TREE_PLACES = 2097151.0f;  // steps of a place along an axis: 2^21 - 1
@@ -145,23 +167,76 @@ HW_FN float light_tree_first_chance(HW_IN(LightTreeTables) tree, uint child, HW_
   return first > 0.0f ? (second > 0.0f ? chance : 1.0f) : 0.0f;
 }
 
+// Uses what u in [0, 1) has chosen with the chance `taken`: `at` is where it lies in it, `grain` the step of the values
+// it can have. Each choice stretches u; where its 24 bits run out, hashed ones come behind them.
+HW_FN float light_tree_stretch(float at, float taken, HW_INOUT(float) grain, HW_INOUT(uint) hash) {
+  grain /= taken;
+  if (grain > 2.44140625e-4f) {
+    hash = sampler_hash(hash);
+    at += grain * sampler_to_float(hash);
+    grain = 5.9604644775390625e-8f;
+  }
+  return clamp(at, 0.0f, 0.99999994f);
+}
+
+// The part of the chances of few lights that is the same for all who could contribute: importance knows neither which
+// way a surface reflects nor what is in shadow. Measured: docs/measurements/light_tree.md.
+HW_CONST float HW_LIGHT_TREE_SAME = 0.4f;
+
+// Chances of few lights, times their sum. Of the first four, of the others: registers, which arrays would not be.
+struct LightTreeShares {
+  vec4 low, high;
+  float all;
+};
+HW_FN vec4 light_tree_put(vec4 v, uint i, float to) {
+  return vec4(i == 0u ? to : v.x, i == 1u ? to : v.y, i == 2u ? to : v.z, i == 3u ? to : v.w);
+}
+HW_FN vec4 light_tree_more(vec4 v, float more) {
+  return vec4(v.x > 0.0f ? v.x + more : 0.0f, v.y > 0.0f ? v.y + more : 0.0f, v.z > 0.0f ? v.z + more : 0.0f,
+              v.w > 0.0f ? v.w + more : 0.0f);
+}
+HW_FN float light_tree_share(HW_IN(LightTreeShares) s, uint i) {
+  vec4 v = i < 4u ? s.low : s.high;
+  uint k = i & 3u;
+  return k == 0u ? v.x : (k == 1u ? v.y : (k == 2u ? v.z : v.w));
+}
+
+// Of the `count` lights from position `first` on.
+HW_FN LightTreeShares light_tree_shares(HW_IN(LightTreeTables) tree, uint first, uint count,
+                                        HW_IN(LightTreeReceiver) r) {
+  LightTreeShares s;
+  s.low = s.high = vec4(0.0f);
+  float sum = 0.0f;
+  for (uint i = 0u; i < count; ++i) {
+    float own = light_tree_importance(light_tree_leaf(tree.leaves, first + i), r, tree.scale);
+    sum += own;
+    s.low = light_tree_put(s.low, i, own);
+    s.high = light_tree_put(s.high, i - 4u, own);
+  }
+  float same = HW_LIGHT_TREE_SAME / float(count) * sum;
+  s.low = light_tree_more(s.low, same);
+  s.high = light_tree_more(s.high, same);
+  s.all = dot(s.low, vec4(1.0f)) + dot(s.high, vec4(1.0f));
+  return s;
+}
+
 // In both walks `child` is a node also where there is none: what is the same for all paths, drivers load whether or not
 // any of them is still in the loop (Mesa 26.2's lavapipe: the chance of the world, a tree of one light).
 
 // Draws a light below `node` with u in [0, 1): its index, and the chance of it, given the node. HW_NONE with pdf 0: no
-// light below can contribute. u is left uniform, to be used again. Each step down stretches u; where its 24 bits run
-// out, hashed ones come behind them.
+// light below can contribute. u is left uniform, to be used again.
 HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTreeReceiver) r, HW_INOUT(float) u,
                            HW_OUT(float) pdf) {
-  uvec2 links = light_tree_links(tree.nodes, node);
+  uvec2 links = light_tree_packed_links(tree.nodes, node);
   pdf = 1.0f;
-  float grain = 5.9604644775390625e-8f;  // step of the values that u can have
+  float grain = 5.9604644775390625e-8f;
   uint hash = floatBitsToUint(u) ^
               sampler_hash(floatBitsToUint(r.position.x) ^
                            sampler_hash(floatBitsToUint(r.position.y) ^ sampler_hash(floatBitsToUint(r.position.z))));
-  bool inside = links.x != HW_NONE;
-  uint child = inside ? links.x : node;
-  while (inside) {
+  // A leaf's child has bits above the link.
+  bool many = links.x <= HW_LIGHT_TREE_LINK;
+  uint child = many ? links.x : node;
+  while (many) {
     float chance = light_tree_first_chance(tree, child, r);
     if (chance < 0.0f) {
       pdf = 0.0f;
@@ -169,20 +244,37 @@ HW_FN uint light_tree_draw(HW_IN(LightTreeTables) tree, uint node, HW_IN(LightTr
     }
     bool left = u < chance;
     float taken = left ? chance : 1.0f - chance;
-    u = (left ? u : u - chance) / taken;
+    u = light_tree_stretch((left ? u : u - chance) / taken, taken, grain, hash);
     pdf *= taken;
-    grain /= taken;
-    if (grain > 2.44140625e-4f) {
-      hash = sampler_hash(hash);
-      u += grain * sampler_to_float(hash);
-      grain = 5.9604644775390625e-8f;
-    }
-    u = clamp(u, 0.0f, 0.99999994f);
-    links = light_tree_links(tree.nodes, left ? child : child + 1u);
-    inside = links.x != HW_NONE;
-    child = inside ? links.x : child;
+    links = light_tree_packed_links(tree.nodes, left ? child : child + 1u);
+    many = links.x <= HW_LIGHT_TREE_LINK;
+    child = many ? links.x : child;
   }
-  return HW_LIGHT_TREE_UINT(tree.order, links.y);
+  uint first = light_tree_few_first(links);
+  uint count = light_tree_few(links);
+  if (count == 1u) return HW_LIGHT_TREE_UINT(tree.order, first);
+  // Few lights: each by its own importance.
+  LightTreeShares shares = light_tree_shares(tree, first, count, r);
+  if (!(shares.all > 0.0f)) {
+    pdf = 0.0f;
+    return HW_NONE;
+  }
+  float at = u * shares.all;
+  float upto = 0.0f, below = 0.0f, own = 0.0f;
+  uint chosen = 0u;
+  for (uint i = 0u; i < HW_LIGHT_TREE_FEW; ++i) {
+    float share = light_tree_share(shares, i);
+    // The last one that has any takes what rounding leaves.
+    bool takes = share > 0.0f && (own <= 0.0f || at >= upto);
+    chosen = takes ? i : chosen;
+    below = takes ? upto : below;
+    own = takes ? share : own;
+    upto += share;
+  }
+  float taken = own / shares.all;
+  u = light_tree_stretch((at - below) / own, taken, grain, hash);
+  pdf *= taken;
+  return HW_LIGHT_TREE_UINT(tree.order, first + chosen);
 }
 
 // The chance with which light_tree_draw gives `light`, which is below `node`: the same numbers in the same order. 0 for
@@ -192,20 +284,24 @@ HW_FN float light_tree_chance(HW_IN(LightTreeTables) tree, uint node, uint light
   if (position == HW_NONE) {
     return 0.0f;
   }
-  uvec2 links = light_tree_links(tree.nodes, node);
-  bool inside = links.x != HW_NONE;
-  uint child = inside ? links.x : node;
+  uvec2 links = light_tree_packed_links(tree.nodes, node);
+  bool many = links.x <= HW_LIGHT_TREE_LINK;
+  uint child = many ? links.x : node;
   float pdf = 1.0f;
-  while (inside && pdf > 0.0f) {
+  while (many && pdf > 0.0f) {
     float chance = light_tree_first_chance(tree, child, r);
     bool left = position < links.y;
     float taken = left ? chance : 1.0f - chance;
     pdf *= chance < 0.0f ? 0.0f : taken;
-    links = light_tree_links(tree.nodes, left ? child : child + 1u);
-    inside = links.x != HW_NONE;
-    child = inside ? links.x : child;
+    links = light_tree_packed_links(tree.nodes, left ? child : child + 1u);
+    many = links.x <= HW_LIGHT_TREE_LINK;
+    child = many ? links.x : child;
   }
-  return pdf;
+  uint first = light_tree_few_first(links);
+  uint count = light_tree_few(links);
+  if (count == 1u || !(pdf > 0.0f)) return pdf;
+  LightTreeShares shares = light_tree_shares(tree, first, count, r);
+  return shares.all > 0.0f ? pdf * (light_tree_share(shares, position - first) / shares.all) : 0.0f;
 }
 
 HW_NAMESPACE_END

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The light tree: a binary tree of bounds over all lights that can be chosen (lamps, suns, the world, emissive
-// triangles), one light in each leaf (Conty Estevez and Kulla 2018). Built by core/lights/light_tree.h, read by
+// triangles), one light in each leaf (Conty Estevez and Kulla 2018); below a node over few lights a
+// walk takes them all at once, from a table of their own. Built by core/lights/light_tree.h, read by
 // lib/light_tree.h.
 //
 // Node 0 is the root; children stand behind their parent, two beside each other. A light's place in leaf order is its
@@ -28,14 +29,22 @@ struct LightTreeBounds {
   uint strength;
   uint cone;
 };
+HW_CONST uint HW_LIGHT_TREE_BOUNDS_BYTES = 16u;
+HW_CHECK_SIZE(LightTreeBounds, HW_LIGHT_TREE_BOUNDS_BYTES)
 HW_CONST uint HW_LIGHT_TREE_TWO_SIDED = 0x80000000u;  // in place_high
 HW_CONST uint HW_LIGHT_TREE_DISTANT = 0x8000u;        // in strength
 
+// Links of a node: its left child, the right one is the next; HW_NONE: a leaf. Position of the right child's first
+// light; of a leaf, of its light. Above HW_LIGHT_TREE_LINK, of a node over few lights (2 to HW_LIGHT_TREE_FEW): how
+// many less one; how many are to the left. 0 over more.
 struct LightTreeNode {
   LightTreeBounds bounds;
-  uint child;   // left child, the right one is child + 1; HW_NONE: a leaf
-  uint middle;  // position of the right child's first light; of a leaf, of its light
+  uint child;
+  uint middle;
 };
+HW_CONST uint HW_LIGHT_TREE_LINK = 0x1FFFFFFFu;
+HW_CONST uint HW_LIGHT_TREE_LINK_BITS = 29u;
+HW_CONST uint HW_LIGHT_TREE_FEW = 8u;
 HW_CONST uint HW_LIGHT_TREE_NODE_BYTES = 24u;
 HW_CHECK_SIZE(LightTreeNode, HW_LIGHT_TREE_NODE_BYTES)
 

@@ -172,6 +172,7 @@ struct Root {
   uint64_t lights;          // LightRecord[]
   uint64_t light_alias;     // AliasEntry[light_count]
   uint64_t light_tree;      // LightTreeNode[light_tree_nodes], shared/light_tree.h
+  uint64_t light_leaves;    // LightTreeBounds[]: of the light at each position
   uint64_t light_order;     // uint[]: the light at each position in the tree's leaf order
   uint64_t light_position;  // uint[lights]: the position of each light, HW_NONE: never chosen
   uint64_t emission_maps;   // float[]: lib/emission_map.h; none begins at 0
