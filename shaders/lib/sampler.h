@@ -15,12 +15,11 @@ HW_CONST uint HW_DIM_FILTER = 0u;  // 2: position in the pixel
 HW_CONST uint HW_DIM_LENS = 1u;    // 2: position on the aperture
 HW_CONST uint HW_DIM_TIME = 2u;    // 1: shutter (reserved)
 HW_CONST uint HW_DIM_BOUNCE = 4u;
-HW_CONST uint HW_DIM_LIGHT_SELECT = 0u;  // 1: which light
-HW_CONST uint HW_DIM_LIGHT = 1u;         // 2: where on it
-HW_CONST uint HW_DIM_BSDF = 2u;          // 3: lobe, direction
-HW_CONST uint HW_DIM_ROULETTE = 3u;      // 1: Russian roulette
-HW_CONST uint HW_DIM_TRANSPARENT = 4u;   // 1: stochastic transparency
-HW_CONST uint HW_DIM_SHADER = 5u;        // 3: whatever a material program wants
+HW_CONST uint HW_DIM_LIGHT = 1u;        // 3: which light and where on it, spread together over each light
+HW_CONST uint HW_DIM_BSDF = 2u;         // 3: lobe, direction
+HW_CONST uint HW_DIM_ROULETTE = 3u;     // 1: Russian roulette
+HW_CONST uint HW_DIM_TRANSPARENT = 4u;  // 1: stochastic transparency
+HW_CONST uint HW_DIM_SHADER = 5u;       // 3: whatever a material program wants
 HW_CONST uint HW_DIM_BOUNCE_STRIDE = 8u;
 HW_FN uint sampler_dimension(uint bounce, uint name) { return HW_DIM_BOUNCE + bounce * HW_DIM_BOUNCE_STRIDE + name; }
 

@@ -42,8 +42,9 @@ bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   LightDraw draw = draw_reservoir(point.position, r, HW_FRAME.reuse.light_mis_scale);
 #else
   uint index = state.sample_index * samples + number;
-  float u = sampler_1d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT_SELECT), HW_FRAME.seed);
-  vec2 u2 = sampler_2d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
+  vec3 u3 = sampler_3d(state.seed, index, sampler_dimension(dimension_bounce, HW_DIM_LIGHT), HW_FRAME.seed);
+  float u = u3.x;
+  vec2 u2 = u3.yz;
 #ifdef HW_CELLS_DRAW
   float choice;
   uint light = light_cell_draw(u, choice, shadow.slot);
