@@ -422,6 +422,8 @@ def test_what_waiting_raises_goes_through(echo):
         (["scene.blend"], "-o DIR"),
         (["missing.blend", "-o", "out"], "missing.blend"),
         (["--gpu-report", "scene.blend"], "no FILE"),
+        (["--gpu-report", "--integrators", "cycles"], "no cycles"),
+        (["--gpu-report", "--integrators", "path:noise-threshold=0.1"], "noise-threshold"),
         (["scene.blend", "-o", "out", "--integrators", "eevee"], "eevee"),
         (["scene.blend", "-o", "out", "--integrators", "path:lights=sideways"], "sideways"),
         (["scene.blend", "-o", "out", "--against", "path"], "no comparison"),

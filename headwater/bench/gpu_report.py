@@ -16,7 +16,7 @@ from headwater.bench.gpu_scene import build
 from headwater.bench.process import machine
 from headwater.bench.text import print_table
 from headwater.core import load
-from headwater.errors import EXIT_FAILED, EXIT_INTERRUPTED, UserError, first_line
+from headwater.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, UserError, first_line
 from headwater.output import check_output, write_text
 from headwater.progress import Progress
 from headwater.render import TRACERS
@@ -50,6 +50,11 @@ def collect(core, args, size, progress) -> dict:
     names = [args.tracer] if args.tracer != "auto" else [name for name in TRACERS if name != "auto"]
     chosen = args.integrators if args.integrators != ["path"] else list(core.integrators())
     racers = [contestants.parse(name, core) for name in chosen]
+    for racer in racers:
+        if racer.engine != "headwater":
+            raise UserError("--gpu-report measures our integrators alone: no cycles", EXIT_USAGE)
+        if racer.noise_threshold is not False:
+            raise UserError(f"'{racer.text}': a frame of one sample has no use for noise-threshold", EXIT_USAGE)
     report = {"headwater": __version__, "size": list(size), "frames": args.report_frames, "machine": machine()}
     report |= {"max_bounces": args.max_bounces, "tracers": [], "integrators": [], "device": None}
     why = ""
