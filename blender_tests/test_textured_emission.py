@@ -161,7 +161,7 @@ def assert_same(core, make_context, session, scene, way):
     kept = rs.renders(core, session, range(12), samples=16, **WAYS[way])
     fresh = rs.renders(core, core.Session(make_context(), scene), range(100, 112), samples=16, **WAYS[way])
     assert_same_light(kept, fresh, 15, tiles=4)
-    assert np.var(kept, axis=0).mean() < 1.3 * np.var(fresh, axis=0).mean()
+    assert np.median(np.var(kept, axis=0)) < 1.3 * np.median(np.var(fresh, axis=0))
 
 
 def test_a_sign_that_is_dark_harms_nothing(core, make_context):
@@ -169,4 +169,5 @@ def test_a_sign_that_is_dark_harms_nothing(core, make_context):
     lamps = rs.renders(core, dark, range(8), samples=8, lights="tree")
     blind = core.Session(make_context(), sign_room(core, lit=np.zeros((SIZE, SIZE), bool), nee=False))
     alone = rs.renders(core, blind, range(8), samples=8, lights="tree")
-    assert np.var(lamps, axis=0).mean() < 2 * np.var(alone, axis=0).mean()
+    # Of the median pixel: the mean is of the few that a rare sample met.
+    assert np.median(np.var(lamps, axis=0)) < 2 * np.median(np.var(alone, axis=0))

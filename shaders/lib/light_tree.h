@@ -179,9 +179,10 @@ HW_FN float light_tree_stretch(float at, float taken, HW_INOUT(float) grain, HW_
   return clamp(at, 0.0f, 0.99999994f);
 }
 
-// The part of the chances of few lights that is the same for all who could contribute: importance knows neither which
-// way a surface reflects nor what is in shadow. Measured: docs/measurements/light_tree.md.
-HW_CONST float HW_LIGHT_TREE_SAME = 0.4f;
+// The part of the chances of few lights that is by the square root of their importance, for importance knows neither
+// which way a surface reflects nor what is in shadow. Not the same for all: lights that hardly shine would get it too.
+// Measured: docs/measurements/light_tree.md.
+HW_CONST float HW_LIGHT_TREE_EVEN = 1.0f;
 
 // Chances of few lights, times their sum. Of the first four, of the others: registers, which arrays would not be.
 struct LightTreeShares {
@@ -191,10 +192,7 @@ struct LightTreeShares {
 HW_FN vec4 light_tree_put(vec4 v, uint i, float to) {
   return vec4(i == 0u ? to : v.x, i == 1u ? to : v.y, i == 2u ? to : v.z, i == 3u ? to : v.w);
 }
-HW_FN vec4 light_tree_more(vec4 v, float more) {
-  return vec4(v.x > 0.0f ? v.x + more : 0.0f, v.y > 0.0f ? v.y + more : 0.0f, v.z > 0.0f ? v.z + more : 0.0f,
-              v.w > 0.0f ? v.w + more : 0.0f);
-}
+HW_FN float light_tree_sum(vec4 low, vec4 high) { return dot(low + high, vec4(1.0f)); }
 HW_FN float light_tree_share(HW_IN(LightTreeShares) s, uint i) {
   vec4 v = i < 4u ? s.low : s.high;
   uint k = i & 3u;
@@ -206,17 +204,17 @@ HW_FN LightTreeShares light_tree_shares(HW_IN(LightTreeTables) tree, uint first,
                                         HW_IN(LightTreeReceiver) r) {
   LightTreeShares s;
   s.low = s.high = vec4(0.0f);
-  float sum = 0.0f;
   for (uint i = 0u; i < count; ++i) {
     float own = light_tree_importance(light_tree_leaf(tree.leaves, first + i), r, tree.scale);
-    sum += own;
     s.low = light_tree_put(s.low, i, own);
     s.high = light_tree_put(s.high, i - 4u, own);
   }
-  float same = HW_LIGHT_TREE_SAME / float(count) * sum;
-  s.low = light_tree_more(s.low, same);
-  s.high = light_tree_more(s.high, same);
-  s.all = dot(s.low, vec4(1.0f)) + dot(s.high, vec4(1.0f));
+  vec4 low = sqrt(s.low);
+  vec4 high = sqrt(s.high);
+  float even = HW_LIGHT_TREE_EVEN * light_tree_sum(s.low, s.high) / max(light_tree_sum(low, high), 1e-30f);
+  s.low = s.low + low * even;
+  s.high = s.high + high * even;
+  s.all = light_tree_sum(s.low, s.high);
   return s;
 }
 
