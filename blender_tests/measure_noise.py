@@ -23,13 +23,7 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(HERE))
-from headwater.image_io import colour_channels, read_exr, select_layer  # noqa: E402
-
-
-def colours(path: str) -> np.ndarray:
-    """The picture in an EXR."""
-    exr = read_exr(path)
-    return colour_channels(exr, select_layer(exr))
+from headwater.compare import load_colour  # noqa: E402
 
 
 class Contestant:
@@ -80,7 +74,7 @@ class Contestant:
                 sys.exit(f"{self.name}: {json.loads(line)['error']}")
             if line.startswith('{"renders"'):
                 self.costs.append(json.loads(line)["renders"][0])
-                self.pictures.append(colours(path.replace("####", "0001")))
+                self.pictures.append(load_colour(path.replace("####", "0001")))
                 return
         sys.exit(f"{self.name}: its process ended")
 

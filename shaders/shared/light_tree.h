@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The light tree: a binary tree of bounds over all lights that can be chosen (lamps, suns, the world, emissive
-// triangles), one light in each leaf (Conty Estevez and Kulla 2018); below a node over few lights a
-// walk takes them all at once, from a table of their own. Built by core/lights/light_tree.h, read by
-// lib/light_tree.h.
+// triangles), one light in each leaf (Conty Estevez and Kulla 2018); below a node over few lights a walk weighs
+// them all at once, from a table of their own. Built by core/lights/light_tree.h, read by lib/light_tree.h.
 //
 // Node 0 is the root; children stand behind their parent, two beside each other. A light's place in leaf order is its
 // `position`; the lights below a node follow one another in it. Bounds are rounded outwards to 16 bytes: a walk down
