@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Variance and seconds of several contestants on one .blend, taking turns: other settings, other builds, Cycles.
 
-    python blender_tests/measure_noise.py FILE NAME=INTEGRATOR[@CHECKOUT]... [--size 320x180] [--samples 8] [--seeds 8]
+    python blender_tests/measure_noise.py FILE NAME=INTEGRATOR[,SETTING=VALUE...][@CHECKOUT]... [--size 320x180]
+        [--samples 8] [--seeds 8]
 
-INTEGRATOR: one of ours, or "cycles". CHECKOUT: the folder of another built checkout with a .venv; by default this one.
+INTEGRATOR: one of ours, or "cycles". SETTING: of it, as path_reuse=false. CHECKOUT: the folder of another
+built checkout with a .venv; by default this one.
 Variance is that of a picture over seeds, relative to the square of the mean (+ 0.01), the largest 0.1 % of pixels left
 out.
 
@@ -33,7 +35,8 @@ class Contestant:
         self.name, _, rest = text.partition("=")
         integrator, _, root = rest.partition("@")
         self.cycles = integrator == "cycles"
-        self.integrator = integrator
+        self.integrator, *settings = integrator.split(",")
+        self.parameters = {key: json.loads(value) for key, value in (each.split("=") for each in settings)}
         self.root = Path(root).resolve() if root else HERE
         self.pictures, self.costs = [], []
         self.process = subprocess.Popen(
@@ -64,7 +67,7 @@ class Contestant:
         wanted = {"light_tree": True}
         if not self.cycles:
             wanted = {"integrator": self.integrator, "lights": None, "estimator": "paper", "noise_threshold": None}
-            wanted["parameters"] = {}
+            wanted["parameters"] = self.parameters
         path = f"{folder}/{self.name}_{seed}_####.exr"
         self._send(
             contestant=wanted, seed=seed, samples=samples, frames=[1], output=path, lead=[], lead_samples=samples
@@ -97,7 +100,7 @@ class Contestant:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file")
-    parser.add_argument("contestants", nargs="+", metavar="NAME=INTEGRATOR[@CHECKOUT]")
+    parser.add_argument("contestants", nargs="+", metavar="NAME=INTEGRATOR[,SETTING=VALUE...][@CHECKOUT]")
     parser.add_argument("--size", default="320x180")
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--seeds", type=int, default=8)

@@ -128,6 +128,13 @@ PARAMETERS = {
             most=64,
             soft_most=16,
         ),
+        Switch(
+            name="path_reuse",
+            label="Path Reuse",
+            summary="Pixels near each other share the light that their paths found at the surface after the first",
+            effect="Much less noise where bounces light the picture, for some shadow rays; no bias",
+            automatic="Where it pays in World-Space Hash, off in Path Tracing",
+        ),
         Whole(
             name="reservoir_memory",
             label="Memory",
@@ -398,7 +405,7 @@ INTEGRATORS = {
             "path",
             "Path Tracing",
             "Light samples by a light tree and one bounce at each surface. Unbiased; the reference.",
-            {"bounce_samples": 0, "light_samples": 1},
+            {"bounce_samples": 0, "light_samples": 1, "path_reuse": False},
         ),
         Integrator(
             "restir",
@@ -444,7 +451,7 @@ INTEGRATORS = {
             "World-Space Hash",
             "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path "
             "tracing where lights are few.",
-            {"bounce_samples": 0, "light_samples": 4, "reservoir_memory": 64},
+            {"bounce_samples": 0, "light_samples": 4, "path_reuse": True, "reservoir_memory": 64},
         ),
     )
 }

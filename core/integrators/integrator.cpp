@@ -36,6 +36,12 @@ bool samples_adaptively(const RenderSettings& settings) {
   return settings.adaptive_sampling && any_pixels && !settings.resume;
 }
 
+bool reuses_paths(const RenderSettings& settings, std::uint32_t light_count) {
+  if (settings.max_bounces == 0 || !resolve_reuse(settings).path_reuse) return false;
+  if (settings.reuse.path_reuse) return true;
+  return !renders_by_path(settings, light_count) && !resolve_reuse(settings).bounce_samples;
+}
+
 std::uint32_t most_bounce_samples(const RenderSettings& settings) {
   const std::uint32_t asked = resolve_reuse(settings).bounce_samples;
   return asked ? asked : settings.integrator == "wssr-hash" ? kMostBounceSamples : 1;

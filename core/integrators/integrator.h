@@ -88,6 +88,9 @@ bool renders_by_path(const RenderSettings& settings, std::uint32_t light_count);
 // Light samples of what the camera sees first: as many as were asked for, else the integrator's default, but no more
 // than there are lights: of one light, several cost more than they gain (docs/measurements/wssr_hash.md).
 std::uint32_t light_samples(const RenderSettings& settings, std::uint32_t light_count);
+// Whether pixels share what their paths find (path_reuse.h): where that was asked for, or is the integrator's way.
+// `wssr-hash` finds that out; here whether it may.
+bool reuses_paths(const RenderSettings& settings, std::uint32_t light_count);
 // Paths that may go on from the first surface that scatters light, at most.
 std::uint32_t most_bounce_samples(const RenderSettings& settings);
 

@@ -10,7 +10,8 @@
 
 namespace hw {
 
-PathIntegrator::PathIntegrator(const IntegratorContext& context) : stages_(context, LightSource::kDrawn) {}
+PathIntegrator::PathIntegrator(const IntegratorContext& context)
+    : stages_(with_path_reuse(context, context.wave.path_reuse()), LightSource::kDrawn) {}
 
 bool PathIntegrator::render(Commands& commands) {
   return stages_.render(commands, [](std::size_t) {});

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "integrators/path_reuse.h"
+
 namespace hw {
 
 namespace {
@@ -18,12 +20,16 @@ constexpr double kCamera = 2.4;       // with what the film costs
 constexpr double kLightSample = 0.7;  // with its shadow ray
 constexpr double kRay = 0.5;
 constexpr double kSurface = 1.2;  // of a bounce: its program, and a light sample with its shadow ray
+// What path reuse leaves of the variance of what is shared, and what it costs a bounce: measured, in rooms and heads
+// (docs/measurements/path_reuse.md).
+constexpr double kLeftByReuse = 0.3;
+constexpr double kReuse = 2.0;
 // Fewer pixels of light than this say nothing.
 constexpr std::size_t kFewest = 64;
 
 bool good(const SplitRecord& r) {
   return std::isfinite(r.light[0]) && std::isfinite(r.light[1]) && std::isfinite(r.apart[0]) &&
-         std::isfinite(r.apart[1]);
+         std::isfinite(r.apart[1]) && std::isfinite(r.kept[0]) && std::isfinite(r.kept[1]);
 }
 
 double light_of(const SplitRecord& r) { return 0.5 * (double(r.light[0]) + r.light[1]); }
@@ -70,30 +76,52 @@ SplitVariance split_variance(std::span<const SplitRecord> records) {
   if (count < kFewest || !(mean > 0)) return v;
   // What is darker than a tenth of the mean counts as if it were that bright.
   const double dark = 0.1 * mean / double(count);
-  double all = 0, apart = 0;
+  double all = 0, apart = 0, kept = 0;
   for (const SplitRecord& r : records) {
     if (!good(r)) continue;
     const double light = light_of(r), difference = double(r.light[0]) - r.light[1];
     const double weight = 1 / (light * light + dark * dark);
     all += 0.5 * difference * difference * weight;
     apart += 0.25 * (double(r.apart[0]) + r.apart[1]) * weight;
+    kept += 0.25 * (double(r.kept[0]) + r.kept[1]) * weight;
   }
   // Parts are thirds: the variance of one that is whole is nine times theirs, that of the mean of three a third of it.
   constexpr double k = PathSplitting::kMeasured;
   v.bounces = k * k * apart / double(count);
+  v.kept = k * k * kept / double(count);
   v.surfaces = std::max(all / double(count) - v.bounces / k, 0.0);
   return v;
 }
 
+namespace {
+
+// The best k of at most `most`, and error times cost there.
+std::pair<std::uint32_t, double> least_cost(double surfaces, double bounces, double c0, double cb, std::uint32_t most) {
+  const auto cost = [&](std::uint32_t k) { return (surfaces + bounces / k) * (c0 + k * cb); };
+  std::uint32_t best = 1;
+  for (std::uint32_t k = 2; k <= most; ++k)
+    if (cost(k) < cost(best)) best = k;
+  return {best, cost(best)};
+}
+
+double surface_cost(const SplitCosts& costs) { return kCamera + kLightSample * costs.light_rays; }
+double bounce_cost(const SplitCosts& costs) { return kRay * costs.bounce_rays + kSurface * costs.bounce_light; }
+
+}  // namespace
+
 std::uint32_t best_bounce_samples(const SplitVariance& v, const SplitCosts& costs) {
   if (!(v.bounces > 0)) return 1;
-  const double c0 = kCamera + kLightSample * costs.light_rays;
-  const double cb = kRay * costs.bounce_rays + kSurface * costs.bounce_light;
-  std::uint32_t best = 1;
-  const auto cost = [&](std::uint32_t k) { return (v.surfaces + v.bounces / k) * (c0 + k * cb); };
-  for (std::uint32_t k = 2; k <= kMostBounceSamples; ++k)
-    if (cost(k) < cost(best)) best = k;
-  return best;
+  return least_cost(v.surfaces, v.bounces, surface_cost(costs), bounce_cost(costs), kMostBounceSamples).first;
+}
+
+PathChoice best_paths(const SplitVariance& v, const SplitCosts& costs, std::uint32_t most, bool only_with_reuse) {
+  const std::uint32_t alone = best_bounce_samples(v, costs);
+  if (!(v.bounces > 0)) return {only_with_reuse ? 1 : alone, only_with_reuse};
+  const double c0 = surface_cost(costs), cb = bounce_cost(costs);
+  const double left = std::min(v.kept + kLeftByReuse * std::max(v.bounces - v.kept, 0.0), v.bounces);
+  const auto apart = least_cost(v.surfaces, v.bounces, c0, cb, kMostBounceSamples);
+  const auto shared = least_cost(v.surfaces, left, c0, cb + kReuse, std::min(most, kMostBounceSamples));
+  return only_with_reuse || shared.second < apart.second ? PathChoice{shared.first, true} : PathChoice{alone, false};
 }
 
 bool tree_pays(std::span<const SplitRecord> cells, std::span<const SplitRecord> tree) {
@@ -123,7 +151,7 @@ void PathSplitting::measure(Commands& commands, std::uint32_t which, const Buffe
   commands.dispatch(measure_, push.bytes(), (paths + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
 }
 
-std::uint32_t PathSplitting::choose(Commands& commands) {
+PathChoice PathSplitting::choose(Commands& commands, bool only_with_reuse) {
   Wave& wave = context_.wave;
   wave.record_counters(commands);
   commands.flush();
@@ -133,7 +161,9 @@ std::uint32_t PathSplitting::choose(Commands& commands) {
   const double first = std::min(double(rays.shadow), double(rays.camera) * wave.light_samples());
   const SplitCosts costs = {first / std::max(double(rays.camera), 1.0), double(rays.indirect) / std::max(bounces, 1.0),
                             (double(rays.shadow) - first) / std::max(bounces, 1.0)};
-  return best_bounce_samples(split_variance(read(records_)), costs);
+  const SplitVariance variance = split_variance(read(records_));
+  if (!wave.path_reuse()) return {best_bounce_samples(variance, costs), false};
+  return best_paths(variance, costs, most_ways_with_reuse(context_.width), only_with_reuse);
 }
 
 bool PathSplitting::chooses_tree(Commands& commands) {

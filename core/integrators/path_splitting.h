@@ -21,6 +21,7 @@ namespace hw {
 struct SplitVariance {
   double surfaces;  // v0: of the estimate at a surface with all its bounces known, over the squared mean, pixels' mean
   double bounces;   // vb: of one bounce's light at a given surface, in the same unit
+  double kept = 0;  // of that, what path reuse would leave alone
 };
 SplitVariance split_variance(std::span<const SplitRecord> records);
 
@@ -32,6 +33,14 @@ struct SplitCosts {
 };
 // k, from 1 to 8.
 std::uint32_t best_bounce_samples(const SplitVariance& variance, const SplitCosts& costs);
+
+// The same where path reuse may be had too: whether pixels share (path_reuse.h), and then k of at most `most`.
+// `only_with_reuse`: they do, whatever it costs.
+struct PathChoice {
+  std::uint32_t bounce_samples;
+  bool reuse;
+};
+PathChoice best_paths(const SplitVariance& variance, const SplitCosts& costs, std::uint32_t most, bool only_with_reuse);
 
 // Whether lights had better be drawn by the tree than by cells: where that is no noisier. It costs two thirds, while
 // cells that have learned for a few rounds will halve their variance yet (docs/decisions/0019-cells-or-tree.md).
@@ -57,8 +66,8 @@ class PathSplitting {
   PathSplitting(const IntegratorContext& context, std::uint32_t pixels);
   // After a wave of the first (0) or second (1) of them.
   void measure(Commands& commands, std::uint32_t which);
-  // After both: what is best. Waits for the device.
-  std::uint32_t choose(Commands& commands);
+  // After both: what is best, with path reuse or without, or what is left to choose of it. Waits for the device.
+  PathChoice choose(Commands& commands, bool only_with_reuse);
   // After a wave of the first (0) or second (1) of two more preparations, over the same pixels, whose paths drew lights
   // by the tree and were not split.
   void measure_tree(Commands& commands, std::uint32_t which);

@@ -26,6 +26,13 @@ std::uint32_t most_steps(const FrameParams& p) {
   return p.max_bounces < 255 && steps < (1u << 30) ? static_cast<std::uint32_t>(steps) : 0;
 }
 
+constexpr std::uint32_t kPathReuse = 4;  // id of the constant HW_PATH_REUSE
+std::uint32_t constant_of(const SpecConstants& constants, std::uint32_t id) {
+  for (const auto& [key, value] : constants)
+    if (key == id) return value;
+  return 0;
+}
+
 // Kernels with parts that few scenes need come in two variants; see the top of material_vm.glsl.
 const Kernel& variant(const IntegratorContext& context, const char* plain, const char* full, std::uint32_t needs,
                       const SpecConstants& constants) {
@@ -45,6 +52,16 @@ bool keeps_history(const IntegratorContext& context, const std::string& kind) {
 
 bool keeps_valid_history(const IntegratorContext& context, const std::string& kind) {
   return keeps_history(context, kind) && !context.light_changes.changed;
+}
+
+IntegratorContext with_path_reuse(IntegratorContext context, bool reuse) {
+  const auto set = [&](SpecConstants& constants) {
+    for (auto& [id, value] : constants)
+      if (id == kPathReuse) value = reuse ? 1u : 0u;
+  };
+  set(context.constants);
+  for (SpecConstants& constants : context.class_constants) set(constants);
+  return context;
 }
 
 SpecConstants with_weights(SpecConstants constants, ReuseWeights weights) {
@@ -93,6 +110,7 @@ PathStages::PathStages(const IntegratorContext& context, LightSource source)
                                           constants));
   }
   if (samples_adaptively(context.settings)) camera_sampled_ = &context.kernels.get("camera_sampled", context.constants);
+  if (constant_of(context.constants, kPathReuse)) reuse_.emplace(context);
   if (features_of(context.constants) & kPrograms)
     light_program_ = &context.kernels.get("light_program", context.constants);
   if (context.transparent_shadows) {
@@ -131,7 +149,7 @@ void PathStages::camera(Commands& commands) {
   prepare(commands, nullptr, RayKind::kNone, w.escaped_queue.get(), w.shadow_queue.get());
   const Push push{.out_queue = w.active->address()};
   commands.dispatch(w.params().sampled_blocks ? *camera_sampled_ : camera_, push.bytes(),
-                    (paths() * w.bounce_samples() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
+                    (paths() * w.places() + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE);
   prepare(commands, w.active.get(), RayKind::kCamera, w.next.get());
   context_.tracer.closest(commands, {&w.active->buffer, w.rays.get(), w.hits.get(), w.capacity()});
 }
@@ -216,8 +234,10 @@ bool PathStages::render(Commands& commands, const std::function<void(std::size_t
     for (std::size_t c = 0; c < classes(); ++c) shade(commands, c, light_samples);
     if (after_shading) after_shading();
     if (!light(commands, light_samples)) return false;
-    if (!advance(commands, step)) return true;
+    if (!advance(commands, step)) break;
   }
+  if (reuse_ && shares && context_.wave.places() > context_.wave.bounce_samples()) reuse_->share(commands);
+  return true;
 }
 
 bool PathStages::first_surfaces(Commands& commands, const std::function<void(std::size_t)>& resample) {

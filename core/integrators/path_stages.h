@@ -5,8 +5,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "integrators/integrator.h"
+#include "integrators/path_reuse.h"
 
 namespace hw {
 
@@ -36,6 +38,9 @@ void append_first_surfaces(Commands& commands, const IntegratorContext& context,
 // Runs light_proxies.comp: the lights as reuse sees them, for this frame. Parameters must have been written.
 void make_light_proxies(Commands& commands, const IntegratorContext& context);
 
+// The same scene and film with kernels of path reuse, or without.
+IntegratorContext with_path_reuse(IntegratorContext context, bool reuse);
+
 // Where shading has its light samples from (the variants of shade.comp).
 enum class LightSource { kDrawn, kReservoir, kCells };
 
@@ -43,6 +48,7 @@ class PathStages {
  public:
   PathStages(const IntegratorContext& context, LightSource source);
 
+  bool shares = true;                   // path reuse ends a wave that leaves places for it: not in preparations
   std::function<void()> after_shading;  // of all classes, in every step of render()
 
   // Starts the wave's paths, traces their camera rays.
@@ -89,8 +95,9 @@ class PathStages {
   const Kernel& resolve_;
   const Kernel& prepare_;
   std::vector<const Kernel*> surface_, shade_;  // by class
-  const Kernel* light_program_ = nullptr;       // only where lights' emission is a program
-  const Kernel* shadow_begin_ = nullptr;        // these two only in scenes that let shadow rays through
+  std::optional<PathReuse> reuse_;
+  const Kernel* light_program_ = nullptr;  // only where lights' emission is a program
+  const Kernel* shadow_begin_ = nullptr;   // these two only in scenes that let shadow rays through
   const Kernel* shadow_surface_ = nullptr;
 };
 

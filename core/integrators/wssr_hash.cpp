@@ -41,8 +41,7 @@ WssrHashIntegrator::WssrHashIntegrator(const IntegratorContext& context)
       update_(context.kernels.get("light_cell_update", context.constants)),
       insert_(context.kernels.get("light_cell_insert", context.constants)),
       clear_(context.kernels.get("light_cell_clear", context.constants)),
-      refit_(context.kernels.get("light_cell_refit", context.constants)),
-      stages_(context, LightSource::kCells) {
+      refit_(context.kernels.get("light_cell_refit", context.constants)) {
   const auto make = [&](std::uint64_t element, const char* label) {
     return std::make_unique<Buffer>(context.device, element * context.wave.capacity(), BufferUse::device, label);
   };
@@ -94,7 +93,7 @@ void WssrHashIntegrator::begin_frame(Commands& commands) {
   commands.begin_stage("light cells");
   dispatch_all(commands, context_.device, clear_, cells().buckets(), keeps ? 0 : 1);
   if (moved) dispatch_all(commands, context_.device, refit_, cells().count(), std::bit_cast<std::uint32_t>(unit_ratio));
-  stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
+  stages(LightSource::kCells).prepare(commands, nullptr, RayKind::kNone, &missing_);
   commands.flush();
 }
 
@@ -110,14 +109,23 @@ std::uint32_t WssrHashIntegrator::preparation_pixels() const { return kRoundPixe
 // Rounds by the tree look at the pixels of the two before them.
 int WssrHashIntegrator::preparation_set(int preparation) const { return std::min(preparation, kRounds - 1) / 2; }
 
-// How many paths go on from a surface is measured by the last two of the rounds before a first sample, and kept with
-// the cells; so is whether cells pay, by two more in which lights are drawn by the tree.
+PathStages& WssrHashIntegrator::stages(LightSource source) {
+  const bool reuse = context_.wave.places() > context_.wave.bounce_samples();
+  std::optional<PathStages>& found = stages_[source == LightSource::kDrawn][reuse];
+  if (!found) found.emplace(with_path_reuse(context_, reuse), source);
+  return *found;
+}
+
+// How many paths go on from a surface, and whether pixels share them, is measured by the last two of the rounds before
+// a first sample, and kept with the cells; so is whether cells pay, by two more in which lights are drawn by the tree.
 void WssrHashIntegrator::begin_splitting(bool keeps) {
-  std::uint32_t& kept = context_.reservoirs.light_cells->bounce_samples;
-  FrameParams& frame = context_.wave.params();
-  if (!keeps) kept = 1;
+  LightCells& c = cells();
+  const bool can_reuse = context_.wave.path_reuse(), asked = context_.settings.reuse.path_reuse.has_value();
+  if (!keeps) c.bounce_samples = 1, c.path_reuse = false;
   const bool measures = preparations_ == kRounds && !params_.bounce_samples;
-  frame.bounce_samples = params_.bounce_samples ? params_.bounce_samples : measures ? 1 : kept;
+  if (params_.bounce_samples) c.bounce_samples = params_.bounce_samples;
+  if (asked || !can_reuse) c.path_reuse = can_reuse;
+  context_.wave.set_bounce_samples(measures ? 1 : c.bounce_samples, preparations_ == 0 && c.path_reuse);
   if (!measures) return;
   const std::uint32_t pixels = (context_.width * context_.height + kRoundPixels - 1) / kRoundPixels;
   splitting_.emplace(context_, pixels);
@@ -126,7 +134,7 @@ void WssrHashIntegrator::begin_splitting(bool keeps) {
 
 bool WssrHashIntegrator::prepare(Commands& commands, int preparation) {
   if (preparation >= kRounds) {
-    if (!render_by_tree(commands)) return false;
+    if (!paths(commands, true, true)) return false;
     const int which = preparation - kRounds;
     if (which < kRoundsByTree)
       splitting_->measure_tree(commands, std::uint32_t(which));
@@ -134,25 +142,26 @@ bool WssrHashIntegrator::prepare(Commands& commands, int preparation) {
       splitting_->measure_one_light_sample(commands, std::uint32_t(which - kRoundsByTree));
     return true;
   }
-  if (!render(commands)) return false;
+  if (!paths(commands, cells().by_tree, true)) return false;
   const int which = preparation - (kRounds - 2);
   if (splitting_ && which >= 0) splitting_->measure(commands, std::uint32_t(which));
   return true;
 }
 
-bool WssrHashIntegrator::render_by_tree(Commands& commands) {
-  if (!tree_stages_) tree_stages_.emplace(context_, LightSource::kDrawn);
-  return tree_stages_->render(commands, [](std::size_t) {});
-}
+bool WssrHashIntegrator::render(Commands& commands) { return paths(commands, cells().by_tree, false); }
 
-bool WssrHashIntegrator::render(Commands& commands) {
-  if (cells().by_tree) return render_by_tree(commands);
-  stages_.after_shading = [&] {
-    stages_.prepare(commands, &missing_, RayKind::kNone, nullptr);
-    stages_.dispatch(commands, request_, missing_);
-    stages_.prepare(commands, nullptr, RayKind::kNone, &missing_);
-  };
-  return stages_.render(commands, [](std::size_t) {});
+// One wave of them. In preparations there is a path here and there, and nobody to share with.
+bool WssrHashIntegrator::paths(Commands& commands, bool by_tree, bool preparing) {
+  PathStages& s = stages(by_tree ? LightSource::kDrawn : LightSource::kCells);
+  s.shares = !preparing;
+  if (!by_tree) {
+    s.after_shading = [&] {
+      s.prepare(commands, &missing_, RayKind::kNone, nullptr);
+      s.dispatch(commands, request_, missing_);
+      s.prepare(commands, nullptr, RayKind::kNone, &missing_);
+    };
+  }
+  return s.render(commands, [](std::size_t) {});
 }
 
 // After the first two: whether it is the tree that draws. If so, and nobody asked for a number of light samples, after
@@ -173,7 +182,6 @@ void WssrHashIntegrator::end_round_by_tree(Commands& commands, int round) {
   } else {
     return;
   }
-  frame.bounce_samples = cells().bounce_samples;
   splitting_.reset();
 }
 
@@ -184,6 +192,12 @@ bool WssrHashIntegrator::learns_now() {
 }
 
 void WssrHashIntegrator::end_pass(Commands& commands, int preparation) {
+  end_round(commands, preparation);
+  if (preparation >= 0 && preparation + 1 == preparations_)  // the picture's own samples come next
+    context_.wave.set_bounce_samples(cells().bounce_samples, cells().path_reuse);
+}
+
+void WssrHashIntegrator::end_round(Commands& commands, int preparation) {
   FrameParams& frame = context_.wave.params();
   if (preparation >= kRounds) return end_round_by_tree(commands, preparation - kRounds);
   if (cells().by_tree) return;
@@ -195,12 +209,14 @@ void WssrHashIntegrator::end_pass(Commands& commands, int preparation) {
   }
   frame.light_cells.pass = ++cells().passes;
   if (!splitting_) return;
-  if (preparation == kRounds - 3) frame.bounce_samples = PathSplitting::kMeasured;
+  if (preparation == kRounds - 3)
+    context_.wave.set_bounce_samples(PathSplitting::kMeasured, context_.wave.path_reuse());
   if (preparation == kRounds - 1) {
-    cells().bounce_samples = splitting_->choose(commands);
-    const bool compares = preparations_ > kRounds;
-    frame.bounce_samples = compares ? 1 : cells().bounce_samples;
-    if (!compares) splitting_.reset();
+    const PathChoice best = splitting_->choose(commands, context_.settings.reuse.path_reuse.value_or(false));
+    cells().bounce_samples = best.bounce_samples;
+    cells().path_reuse = best.reuse;
+    context_.wave.set_bounce_samples(1, false);
+    if (preparations_ == kRounds) splitting_.reset();
   }
 }
 

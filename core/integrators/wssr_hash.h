@@ -27,7 +27,9 @@ class WssrHashIntegrator final : public Integrator {
 
  private:
   void begin_splitting(bool keeps);
-  bool render_by_tree(Commands& commands);
+  bool paths(Commands& commands, bool by_tree, bool preparing);
+  PathStages& stages(LightSource source);
+  void end_round(Commands& commands, int preparation);
   void end_round_by_tree(Commands& commands, int round);
   bool learns_now();
   LightCells& cells() const { return *context_.reservoirs.light_cells; }
@@ -44,8 +46,7 @@ class WssrHashIntegrator final : public Integrator {
   const Kernel& insert_;
   const Kernel& clear_;
   const Kernel& refit_;
-  PathStages stages_;
-  std::optional<PathStages> tree_stages_;  // the same with lights drawn by the tree
+  std::optional<PathStages> stages_[2][2];  // by the cells or by the tree; alone or with path reuse
 };
 
 }  // namespace hw

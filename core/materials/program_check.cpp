@@ -224,6 +224,20 @@ std::uint32_t program_features(const ProgramView& p) {
   return features;
 }
 
+bool program_depends_on_view(const ProgramView& p) {
+  for (std::size_t i = 1; i < p.word_count / 4; ++i) {
+    const Row r(p.words + 4 * i);
+    const uint input = r.sub & 255u;
+    if (r.op == HW_OP_FRESNEL) return true;
+    if (r.op == HW_OP_INPUT && (input == HW_INPUT_REFLECTION || input == HW_INPUT_RAY_LENGTH_DEPTH_DIFFUSE))
+      return true;
+    const uint operands = op_table()[r.op].operands;
+    for (uint k = 0; k < r.operand.size(); ++k)
+      if ((operands >> k & 1u) && r.operand[k] == HW_REGISTER_INCOMING) return true;
+  }
+  return false;
+}
+
 void patch_program_images(std::uint32_t* words, std::size_t word_count,
                           const std::function<std::uint32_t(std::uint32_t)>& use) {
   for (std::size_t i = 4; i + 4 <= word_count; i += 4) {

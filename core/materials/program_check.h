@@ -26,6 +26,9 @@ std::string check_program(const ProgramView& program);
 // constants, so that a Principled row with metallic 0 asks for no metal.
 std::uint32_t program_features(const ProgramView& program);
 
+// True if what its closures are may depend on the direction or the distance that the surface is seen from.
+bool program_depends_on_view(const ProgramView& program);
+
 // Calls `use` with each image index in a checked program and writes back what it returns. For upload: from the
 // material's own list to indices into Root::images.
 void patch_program_images(std::uint32_t* words, std::size_t word_count,

@@ -52,6 +52,7 @@ nb::dict reuse_dict(const ReuseParams& p) {
   d["points_per_leaf"] = p.points_per_leaf;
   d["light_samples"] = p.light_samples;
   d["bounce_samples"] = p.bounce_samples;
+  d["path_reuse"] = p.path_reuse;
   d["reservoir_memory"] = p.reservoir_memory;
   d["reservoirs_per_cell"] = p.reservoirs_per_cell;
   d["history"] = p.history;

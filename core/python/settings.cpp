@@ -131,7 +131,7 @@ const std::map<std::string, Setter>& setters() {
     HW_REUSE(estimator), HW_REUSE(candidates), HW_REUSE(indirect_candidates), HW_REUSE(neighbours);
     HW_REUSE(reuse_radius), HW_REUSE(ascension), HW_REUSE(grid_radius), HW_REUSE(grid_resolution);
     HW_REUSE(grid_extent), HW_REUSE(cell_inputs), HW_REUSE(points_per_leaf), HW_REUSE(reservoirs_per_cell),
-        HW_REUSE(reservoir_memory), HW_REUSE(light_samples), HW_REUSE(bounce_samples);
+        HW_REUSE(reservoir_memory), HW_REUSE(light_samples), HW_REUSE(bounce_samples), HW_REUSE(path_reuse);
     HW_REUSE(history), HW_REUSE(temporal_reuse), HW_REUSE(spatial_reuse), HW_REUSE(visibility_reuse);
     HW_REUSE(reuse_weights), HW_REUSE(mis_weights), HW_REUSE(grid_follow), HW_REUSE(empty_cells);
 #undef HW_REUSE

@@ -33,6 +33,7 @@ class LightCells {
   std::uint32_t frames = 0;          // that went on with what cells knew
   bool by_tree = false;              // lights had best be drawn by the tree, and cells left alone
   bool one_light_sample = false;     // then: one does of what the camera sees first, where nobody asks for a number
+  bool path_reuse = false;           // pixels had best share what their paths find (integrators/path_reuse.h)
   std::uint32_t bounce_samples = 1;  // paths that had best go on from a surface (integrators/path_splitting.h)
 
  private:

@@ -78,7 +78,9 @@ void Tables::update_materials(TableCounts& counts) {
     record.program = static_cast<uint>(word);
     record.program_words = static_cast<uint>(material.program.size());
     record.constants = static_cast<uint>(constant / 4);
-    record.flags = material.flags;
+    const ProgramView view{material.program.data(), material.program.size(), material.constants.data(),
+                           material.constants.size() / 4, material.images.size()};
+    record.flags = material.flags | (program_depends_on_view(view) ? HW_MATERIAL_UNEVEN : 0u);
     record.emission = vec3(material.emission[0], material.emission[1], material.emission[2]);
     record.pass_index = material.pass_index;
     material_table_.set(i, record);
@@ -92,8 +94,7 @@ void Tables::update_materials(TableCounts& counts) {
     word += material.program.size();
     constant += material.constants.size();
     totals_.material_flags |= material.flags;
-    features[i] = program_features({material.program.data(), material.program.size(), material.constants.data(),
-                                    material.constants.size() / 4, material.images.size()});
+    features[i] = program_features(view);
   }
   layout_dirty_ |= features != material_features_;  // the classes that objects are shaded in
   material_features_ = std::move(features);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "integrators/integrator.h"
+#include "integrators/path_reuse.h"
 #include "lib/camera.h"
 #include "stages/triangle_emission.h"
 #include "stages/world_luminance.h"
@@ -89,24 +90,36 @@ void RenderLoop::choose_wave() {
   const std::uint32_t light_samples = hw::light_samples(settings_, tables_.root().light_count);
   std::uint64_t capacity = small ? kHostWave : std::max(kDeviceWave / light_samples, kHostWave);
   if (settings_.tile_pixels) capacity = settings_.tile_pixels;
-  const std::uint64_t fits = std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
-                             wave_bytes_per_path(light_samples, film_.layout());
-  capacity = std::min<std::uint64_t>(capacity, 65535u * HW_GROUP_SIZE / light_samples);  // queue_prepare.comp
+  // Waves that path reuse takes hold whole groups of pixels.
+  const std::uint64_t most_ways = most_bounce_samples(settings_);
+  const bool adaptive = samples_adaptively(settings_);
+  const std::uint64_t ways = resolve_reuse(settings_).bounce_samples ? most_ways : 1;
+  const std::uint64_t least = reuse_wave_pixels(film_.width(), adaptive) * (ways + 1);
+  const auto fits_with = [&](bool reuse) {
+    return std::uint64_t(double(device.info().memory_bytes) * kMemoryShare) /
+           wave_bytes_per_path(light_samples, reuse, film_.layout());
+  };
+  const bool reuse = reuses_paths(settings_, tables_.root().light_count) && least <= fits_with(true);
+  const std::uint64_t fits = fits_with(reuse);
+  capacity = std::min<std::uint64_t>(
+      capacity, 65535u * HW_GROUP_SIZE / std::max(light_samples, reuse ? HW_REUSE_PIXELS : 1u));  // queue_prepare.comp
   capacity = std::min(
-      {capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples * most_bounce_samples(settings_)});
+      {capacity, std::max<std::uint64_t>(fits, 1024), pixels * settings_.samples * (most_ways + (reuse ? 1 : 0))});
+  if (reuse) capacity = std::max(capacity, least);
   capacity = std::max<std::uint64_t>((capacity + HW_GROUP_SIZE - 1) / HW_GROUP_SIZE * HW_GROUP_SIZE, HW_GROUP_SIZE);
   if (wave_ && wave_->capacity() == capacity && wave_->light_samples() == light_samples &&
-      wave_->layout_mask() == film_.layout().mask)
+      wave_->path_reuse() == reuse && wave_->layout_mask() == film_.layout().mask)
     return;
   wave_.reset();
-  wave_ = std::make_unique<Wave>(device, std::uint32_t(capacity), light_samples, film_.layout());
+  wave_ = std::make_unique<Wave>(device, std::uint32_t(capacity), light_samples, reuse, film_.layout());
 }
 
 SpecConstants RenderLoop::constants_for(std::uint32_t features) const {
   return {{0, features | scene_features(tables_)},
           {1, film_.layout().mask},
           {2, film_.layout().light_passes ? 1u : 0u},
-          {3, tables_.light_kinds()}};
+          {3, tables_.light_kinds()},
+          {4, 0u}};
 }
 
 void RenderLoop::measure_lights(Commands& commands) {
@@ -160,8 +173,8 @@ void RenderLoop::render() {
 
   apply_settings(wave.params(), settings_, film_.layout());
   wave.params().light_samples = wave.light_samples();
-  wave.params().bounce_samples =
-      std::max(resolve_reuse(settings_).bounce_samples, 1u);  // integrators may find a better number
+  // Integrators may find a better number.
+  wave.set_bounce_samples(std::max(resolve_reuse(settings_).bounce_samples, 1u), wave.path_reuse());
   wave.params().first_sample_of_render = settings_.first_sample;
   wave.params().film = film_.sums().address();
   wave.params().frame_flags = frame_flags(tables_);
@@ -217,11 +230,10 @@ bool RenderLoop::passes(Commands& commands, Integrator& integrator, std::chrono:
     const std::uint32_t each = integrator.preparation_pixels();
     if (!pass(commands, integrator, (pixels + each - 1) / each, 1, preparation, counts)) return false;
   }
-  const bool several = integrator.samples_are_independent() && !adaptive_;
+  const bool several = integrator.samples_are_independent() && !adaptive_ && !wave_->path_reuse();
   while (counts.samples < settings_.samples) {
-    const std::uint32_t per_wave = several ? std::clamp(wave_->capacity() / wave_->bounce_samples() / pixels, 1u,
-                                                        settings_.samples - counts.samples)
-                                           : 1;
+    const std::uint32_t per_wave =
+        several ? std::clamp(wave_->capacity() / wave_->places() / pixels, 1u, settings_.samples - counts.samples) : 1;
     const std::uint32_t sampled = adaptive_ ? adaptive_->begin_pass(commands) * HW_BLOCK_PIXELS : pixels;
     if (!pass(commands, integrator, sampled, per_wave, -1, counts)) return false;
     counts = {counts.samples + per_wave, 0, 0};
@@ -252,7 +264,11 @@ void RenderLoop::report(const Commands& commands) {
 bool RenderLoop::pass(Commands& commands, Integrator& integrator, std::uint32_t pixels, std::uint32_t per_wave,
                       int preparation, SampleCounts& counts) {
   Wave& wave = *wave_;
-  const std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / wave.bounce_samples() / per_wave);
+  std::uint32_t wave_pixels = std::min(pixels, wave.capacity() / wave.places() / per_wave);
+  if (wave.path_reuse() && preparation < 0 && wave_pixels < pixels) {
+    const std::uint32_t whole = reuse_wave_pixels(film_.width(), adaptive_.has_value());
+    wave_pixels = std::max(wave_pixels / whole, 1u) * whole;
+  }
   integrator.begin_pass(commands);
   for (std::uint32_t first = 0; first < pixels; first += wave_pixels) {
     FrameParams& p = wave.params();

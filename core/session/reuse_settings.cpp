@@ -36,6 +36,7 @@ std::vector<IntegratorInfo> make_table() {
                        "temporal_reuse", "spatial_reuse",       "history",    "empty_cells"};
   ReuseParams hash;
   hash.light_samples = 4;
+  hash.path_reuse = true;
   const Names grids = joined(world, {"grid_radius", "grid_resolution", "grid_extent", "cell_inputs", "grid_follow"});
   // Unbiased estimators: records are weighed by surfaces, so that they need neither inputs nor what lights empty cells.
   const Names shared = {"candidates", "indirect_candidates", "neighbours", "temporal_reuse", "spatial_reuse",
@@ -66,7 +67,7 @@ std::vector<IntegratorInfo> make_table() {
       {"path",
        "Path Tracing",
        "Light samples by a light tree and one bounce at each surface. Unbiased; the reference.",
-       {"light_samples", "bounce_samples"},
+       {"light_samples", "bounce_samples", "path_reuse"},
        {}},
       {"restir", "ReSTIR",
        "Reuses light samples of earlier passes and of nearby pixels at the first surface. Much cleaner under many "
@@ -92,7 +93,7 @@ std::vector<IntegratorInfo> make_table() {
        "World-Space Hash",
        "Learns in world space which lights arrive where, and samples those, at every bounce. Unbiased; path tracing "
        "where lights are few.",
-       {"light_samples", "bounce_samples", "reservoir_memory"},
+       {"light_samples", "bounce_samples", "path_reuse", "reservoir_memory"},
        hash},
   };
 }
@@ -178,6 +179,7 @@ ReuseParams resolve_reuse(const RenderSettings& s) {
   whole("reservoir_memory", r.reservoir_memory, 1, 1u << 16, p.reservoir_memory);
   // Without an end of its history a reservoir freezes, and the picture's error with it.
   whole("history", r.history, unbiased ? 1 : 0, unbiased ? 1000 : 1u << 20, p.history);
+  if (given("path_reuse", r.path_reuse)) p.path_reuse = *r.path_reuse;
   if (given("temporal_reuse", r.temporal_reuse)) p.temporal_reuse = *r.temporal_reuse;
   if (given("spatial_reuse", r.spatial_reuse)) p.spatial_reuse = *r.spatial_reuse;
   choice("reuse_weights", r.reuse_weights, {"1/M", "1/Z", "mis"},

@@ -28,6 +28,7 @@ struct ReuseSettings {
       bounce_samples;                          // path, wssr-hash: paths that go on from the first surface; 0: what pays
   std::optional<std::uint32_t> light_samples;  // path, wssr-hash: at what the camera sees first
   std::optional<std::uint32_t> reservoir_memory;  // wssr-hash: of all cells [MiB]
+  std::optional<bool> path_reuse;  // path, wssr-hash: pixels share what their paths find at the surface after the first
   std::optional<bool> temporal_reuse, spatial_reuse, visibility_reuse;
   std::optional<std::string> reuse_weights;  // "1/M", "1/Z", "mis"
   std::optional<std::string> mis_weights;    // unbiased: "pairwise", "balance"
@@ -45,6 +46,7 @@ struct ReuseParams {
   float grid_extent = 50;
   std::uint32_t cell_inputs = 100, points_per_leaf = 1, reservoirs_per_cell = 1, history = 0;
   std::uint32_t reservoir_memory = 64, light_samples = 1, bounce_samples = 0;
+  bool path_reuse = false;
   bool temporal_reuse = true, spatial_reuse = true, visibility_reuse = false;
   ReuseWeights weights = ReuseWeights::kInverseM;
   bool grid_rides = false, black_where_empty = false;

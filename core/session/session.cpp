@@ -405,7 +405,8 @@ std::string Session::stats_json() const {
   if (!d.running && d.reservoirs.light_cells && d.context->begin(nullptr)) {
     const std::unique_ptr<Context, void (*)(Context*)> until_return(d.context.get(), [](Context* c) { c->end(); });
     d.cells = {d.reservoirs.light_cells->count(), d.reservoirs.light_cells->used(*d.context->device),
-               d.reservoirs.light_cells->by_tree, d.reservoirs.light_cells->bounce_samples};
+               d.reservoirs.light_cells->by_tree, d.reservoirs.light_cells->path_reuse,
+               d.reservoirs.light_cells->bounce_samples};
   }
   if (!d.running && !d.reservoirs.light_cells) d.cells = {};
   return render_stats_json(*d.context, *d.tracer, d.last_sync, now, d.wave_bytes, d.reservoirs.bytes(), d.cells);

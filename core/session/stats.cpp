@@ -97,6 +97,7 @@ std::string render_stats_json(const Context& context, const Tracer& tracer, cons
     out.integer("light_cells", cells.count);
     out.integer("light_cells_used", cells.used);
     out.boolean("lights_by_tree", cells.by_tree);
+    out.boolean("path_reuse", cells.path_reuse);
     out.integer("bounce_samples", cells.bounce_samples);
   }
   out.object("stages", stages);

@@ -13,6 +13,7 @@ namespace hw {
 struct CellUse {
   std::uint32_t count = 0, used = 0;
   bool by_tree = false;              // they were found not to pay: the light tree drew lights
+  bool path_reuse = false;           // pixels shared what their paths found
   std::uint32_t bounce_samples = 1;  // paths that went on from the first surface that scatters light
 };
 

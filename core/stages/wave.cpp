@@ -18,11 +18,14 @@ static_assert(sizeof(FrameParams) <= 65536 && sizeof(FrameParams) % 4 == 0);  //
 
 }  // namespace
 
-std::size_t wave_bytes_per_path(std::uint32_t light_samples, const FilmLayout& layout) {
+std::size_t wave_bytes_per_path(std::uint32_t light_samples, bool path_reuse, const FilmLayout& layout) {
   const std::size_t shadow = sizeof(Ray) + sizeof(Hit) + 4 + sizeof(ShadowState) + 3 * 4;
   return sizeof(PathState) + sizeof(Ray) + sizeof(Hit) + sizeof(SurfacePoint) + HW_MAX_CLOSURES * sizeof(Closure) +
          (layout.split_paths() ? sizeof(PathSplit) : 0) + layout.stride * 4 + (3 + 2 * HW_MAX_SHADING_CLASSES) * 4 +
-         light_samples * shadow;
+         light_samples * shadow +
+         (path_reuse ? sizeof(SharedVertex) + HW_REUSE_PIXELS * (sizeof(SharedPair) + sizeof(Ray) + 4 + 4) +
+                           (layout.light_passes ? HW_REUSE_PIXELS * sizeof(vec3) : 0)
+                     : 0);
 }
 
 std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const char* label) {
@@ -31,7 +34,8 @@ std::unique_ptr<Buffer> Wave::make(Device& device, std::size_t element, const ch
   return std::make_unique<Buffer>(device, bytes, BufferUse::device, label);
 }
 
-Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, const FilmLayout& layout)
+Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, bool path_reuse,
+           const FilmLayout& layout)
     : capacity_(capacity), light_samples_(light_samples), layout_mask_(layout.mask) {
   paths = make(device, sizeof(PathState), "path states");
   rays = make(device, sizeof(Ray), "rays");
@@ -44,6 +48,15 @@ Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, 
   closures = make(device, sizeof(Closure) * HW_MAX_CLOSURES, "closures");
   splits = make(device, layout.split_paths() ? sizeof(PathSplit) : 0, "light pass shares");
   results = make(device, layout.stride * 4, "results");
+  if (path_reuse) {
+    shared_vertices = make(device, sizeof(SharedVertex), "shared vertices");
+    shared_pairs = make(device, HW_REUSE_PIXELS * sizeof(SharedPair), "shared pairs");
+    shared_shares = make(device, layout.light_passes ? HW_REUSE_PIXELS * sizeof(vec3) : 0, "shared light pass shares");
+    shared_rays = make(device, HW_REUSE_PIXELS * sizeof(Ray), "rays between pixels' paths");
+    shared_hits = make(device, HW_REUSE_PIXELS * 4, "results of rays between pixels' paths");
+    shared_queue = std::make_unique<Queue>(device, capacity * HW_REUSE_PIXELS, "shared pair queue");
+    bytes_ += std::size_t(capacity) * HW_REUSE_PIXELS * 4;
+  }
   counters_buffer = std::make_unique<Buffer>(device, sizeof(RayCounters), BufferUse::device, "ray counters");
   frame = std::make_unique<Buffer>(device, sizeof(FrameParams), BufferUse::device, "frame parameters");
   readback_ = std::make_unique<Buffer>(device, kReadbackBytes, BufferUse::readback, "readback");
@@ -68,11 +81,12 @@ Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, 
     commands.fill(hit_queues[c]->buffer, 0, sizeof(QueueHeader), 0);
     commands.fill(surface_queues[c]->buffer, 0, sizeof(QueueHeader), 0);
   }
+  if (shared_queue) commands.fill(shared_queue->buffer, 0, sizeof(QueueHeader), 0);
   commands.fill(*counters_buffer, 0, sizeof(RayCounters), 0);
   commands.flush();
 
   params_.light_samples = light_samples;
-  params_.bounce_samples = 1;
+  set_bounce_samples(1, false);
   params_.pixels_a_path = 1;
   params_.paths = paths->address();
   params_.rays = rays->address();
@@ -85,6 +99,13 @@ Wave::Wave(Device& device, std::uint32_t capacity, std::uint32_t light_samples, 
   params_.closures = closures->address();
   params_.splits = splits->address();
   params_.results = results->address();
+  if (path_reuse) {
+    params_.shared_vertices = shared_vertices->address();
+    params_.shared_pairs = shared_pairs->address();
+    params_.shared_shares = shared_shares->address();
+    params_.shared_rays = shared_rays->address();
+    params_.shared_hits = shared_hits->address();
+  }
   params_.counters = counters_buffer->address();
 }
 

@@ -138,6 +138,20 @@ TEST_CASE("features follow the rows and their constants") {
   CHECK((program_features(p.view()) & HW_FEATURE_METALLIC) != 0);
 }
 
+TEST_CASE("programs that read where they are seen from are told") {
+  const auto depends = [](const Program& p) {
+    REQUIRE(check_program(p.view()) == "");
+    return program_depends_on_view(p.view());
+  };
+  CHECK(!depends(emitting(HW_OP_FMA, 0, HW_REGISTER_UV, K | 2, K | 1)));
+  CHECK(!depends(emitting(HW_OP_FMA, 0, HW_REGISTER_NORMAL, K | 2, K | 1)));
+  CHECK(depends(emitting(HW_OP_FMA, 0, K | 1, K | 2, HW_REGISTER_INCOMING)));
+  CHECK(!depends(emitting(HW_OP_MIN, 0, K | 1, K | 2, HW_REGISTER_INCOMING)));  // an operand it does not have
+  CHECK(depends(emitting(HW_OP_FRESNEL, 0, K | 1, HW_REGISTER_NORMAL)));
+  CHECK(depends(emitting(HW_OP_INPUT, HW_INPUT_REFLECTION, K)));
+  CHECK(depends(emitting(HW_OP_INPUT, HW_INPUT_RAY_LENGTH_DEPTH_DIFFUSE, K)));
+}
+
 TEST_CASE("image indices are patched and attributes found") {
   Program p = emitting(HW_OP_IMAGE, 0, HW_REGISTER_UV, K, K, 1);
   p.images = 2;

@@ -91,3 +91,32 @@ TEST_CASE("more paths go on where bounces differ and are cheap, one where they d
   CHECK(best_bounce_samples({0.25, 1}, usual) == 2);
   CHECK(best_bounce_samples({0.1, 1}, usual) == 4);
 }
+
+TEST_CASE("of the variance of bounces, what path reuse would leave alone is told") {
+  auto records = made_up(40000, 0.01, 0.03);
+  CHECK(split_variance(records).kept == 0);
+  for (SplitRecord& r : records)
+    for (int which = 0; which < 2; ++which) r.kept[which] = 0.25f * r.apart[which];
+  const SplitVariance v = split_variance(records);
+  CHECK(v.kept == doctest::Approx(0.25 * v.bounces).epsilon(1e-3));
+  records[5].kept[0] = std::numeric_limits<float>::infinity();
+  CHECK(split_variance(records).kept == doctest::Approx(v.kept).epsilon(0.05));
+}
+
+TEST_CASE("pixels share where bounces differ in what can be shared") {
+  const SplitCosts usual{4, 3, 2};
+  CHECK(!best_paths({0.01, 0}, usual, 8, false).reuse);       // no bounces
+  CHECK(!best_paths({1, 0.1}, usual, 8, false).reuse);        // it is surfaces that differ
+  CHECK(!best_paths({0.1, 1, 0.95}, usual, 8, false).reuse);  // what differs can't be shared
+  CHECK(best_paths({0.1, 1}, usual, 8, false).reuse);
+  CHECK(best_paths({0.1, 1, 0.2}, usual, 8, false).reuse);
+  // (v0 + 0.3 vb / k) (c0 + k (cb + 2)): k = sqrt(0.3 * 5.2 / (0.1 * 5.9)) = 1.6 of 2 and 1.
+  CHECK(best_paths({0.1, 1}, usual, 8, false).bounce_samples == 2);
+  CHECK(best_paths({0.001, 1}, usual, 8, false).bounce_samples == kMostBounceSamples);
+  CHECK(best_paths({0.001, 1}, usual, 3, false).bounce_samples == 3);
+  // Paths alone are as many as there would be without it, whatever waves hold with it.
+  CHECK(best_paths({0.1, 1, 0.95}, usual, 1, false).bounce_samples == best_bounce_samples({0.1, 1, 0.95}, usual));
+  CHECK(best_paths({1, 0.1}, usual, 8, true).reuse);
+  CHECK(best_paths({1, 0}, usual, 8, true).reuse);
+  CHECK(best_paths({1, 0}, usual, 8, true).bounce_samples == 1);
+}

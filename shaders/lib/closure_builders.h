@@ -56,12 +56,13 @@ HW_FN Closure closure_make(uint type, HW_IN(ShadingGeometry) g, vec3 weight, vec
 
 // What a layer with this albedo leaves to the layers below it: the channel that loses most decides, so that colours
 // under a tinted layer do not shift.
-HW_FN vec3 closure_layer(vec3 layer_albedo, vec3 weight) {
+HW_FN float closure_layer_factor(vec3 layer_albedo, vec3 weight) {
   vec3 ratio =
       vec3(weight.x != 0.0f ? layer_albedo.x / weight.x : 0.0f, weight.y != 0.0f ? layer_albedo.y / weight.y : 0.0f,
            weight.z != 0.0f ? layer_albedo.z / weight.z : 0.0f);
-  return weight * saturate(1.0f - max3(ratio));
+  return saturate(1.0f - max3(ratio));
 }
+HW_FN vec3 closure_layer(vec3 layer_albedo, vec3 weight) { return weight * closure_layer_factor(layer_albedo, weight); }
 
 // The microfacet's colours are set. Sampling by its albedo; then, for Multiscatter GGX, energy lost between facets is
 // given back: Turquin 2019, "Practical multiple scattering compensation for microfacet models" (scaling by 1/E) with

@@ -22,6 +22,7 @@ struct ClosureValue {
   vec3 f;     // weight · f · |cos|, 1/sr; for a delta the factor of the delta
   float pdf;  // 1/sr; for a delta the probability of the lobe
   uint lobe;  // which pass and light-exclusion family it counts as: translucency is DIFFUSE
+  vec3 even;  // part of f that is the same from wherever the surface is seen
 };
 
 HW_FN bool closure_is_diffuse(HW_IN(Closure) c) {
@@ -30,6 +31,11 @@ HW_FN bool closure_is_diffuse(HW_IN(Closure) c) {
 HW_FN bool closure_is_microfacet(HW_IN(Closure) c) {
   uint t = closure_type(c);
   return t == HW_CLOSURE_GLOSSY || t == HW_CLOSURE_REFRACTION || t == HW_CLOSURE_GLASS;
+}
+
+// A sample of it is labelled DIFFUSE | REFLECT.
+HW_FN bool closure_reflects_diffusely(HW_IN(Closure) c) {
+  return closure_is_diffuse(c) && closure_type(c) != HW_CLOSURE_TRANSLUCENT;
 }
 
 // Whether light may pass through to the viewer's side, perfectly or not.
@@ -78,6 +84,13 @@ HW_FN float closure_bump_factor(HW_IN(Closure) c, vec3 Ns, vec3 w, bool hard) {
   return leak ? 0.0f : (soften ? g : 1.0f);
 }
 
+// Of f: what is left of it without the layers above, which leave less the flatter the surface is seen.
+HW_FN vec3 closure_even(HW_IN(Closure) c, vec3 f) {
+  if (!HW_PATH_REUSE) return vec3(0.0f);
+  bool even = closure_type(c) == HW_CLOSURE_DIFFUSE && c.alpha_x > 0.0f;
+  return even ? f / c.alpha_x : vec3(0.0f);
+}
+
 HW_FN vec3 closure_mirror(HW_IN(Closure) c, vec3 wo) { return 2.0f * dot(c.N, wo) * c.N - wo; }
 
 // One closure for a pair of directions. Deltas give 0.
@@ -120,6 +133,7 @@ HW_FN ClosureValue closure_eval(HW_IN(Closure) c, HW_IN(ShadingGeometry) g, vec3
   float bump = closure_bump_factor(c, g.Ns, wi, true);
   v.pdf = bump == 0.0f ? 0.0f : v.pdf;
   v.f = v.f * c.weight * bump;
+  v.even = closure_even(c, v.f);
   return v;
 }
 
@@ -179,6 +193,7 @@ HW_FN uint closure_sample(HW_IN(Closure) c, HW_IN(ShadingGeometry) g, vec3 u, HW
   }
   float bump = (label & HW_LABEL_TRANSMIT) != 0u ? 1.0f : closure_bump_factor(c, g.Ns, wi, false);
   v.f = v.f * c.weight * bump;
+  v.even = closure_even(c, v.f);
   return v.pdf > 0.0f ? label : HW_LABEL_NONE;
 }
 
@@ -204,6 +219,9 @@ HW_FN BsdfValue bsdf_value_none() {
   v.glossy = vec3(0.0f);
   v.transmission = vec3(0.0f);
   v.pdf = 0.0f;
+  v.even = vec3(0.0f);
+  v.diffuse_pdf = 0.0f;
+  v.glossy_pdf = 0.0f;
   return v;
 }
 
@@ -211,6 +229,7 @@ HW_FN void bsdf_value_add(HW_INOUT(BsdfValue) sum, HW_IN(ClosureValue) v) {
   if (v.lobe == HW_LOBE_DIFFUSE) sum.diffuse += v.f;
   if (v.lobe == HW_LOBE_GLOSSY) sum.glossy += v.f;
   if (v.lobe == HW_LOBE_TRANSMISSION) sum.transmission += v.f;
+  if (HW_PATH_REUSE) sum.even += v.even;
 }
 
 HW_FN vec3 bsdf_value_total(HW_IN(BsdfValue) v) { return v.diffuse + v.glossy + v.transmission; }
@@ -224,9 +243,15 @@ HW_FN BsdfValue closures_eval(HW_IN(ClosureList) list, HW_IN(ShadingGeometry) g,
     ClosureValue v = closure_eval(c, g, wi);
     if (v.pdf > 0.0f) bsdf_value_add(sum, v);
     sum.pdf += v.pdf * c.sample_weight;
+    if (HW_PATH_REUSE) {
+      sum.diffuse_pdf += closure_reflects_diffusely(c) ? v.pdf * c.sample_weight : 0.0f;
+      sum.glossy_pdf += v.lobe == HW_LOBE_GLOSSY ? v.pdf * c.sample_weight : 0.0f;
+    }
     weights += c.sample_weight;
   }
   sum.pdf = weights > 0.0f ? sum.pdf / weights : 0.0f;
+  sum.diffuse_pdf = weights > 0.0f ? sum.diffuse_pdf / weights : 0.0f;
+  sum.glossy_pdf = weights > 0.0f ? sum.glossy_pdf / weights : 0.0f;
   return sum;
 }
 

@@ -2,6 +2,7 @@
 // Adds emission that a camera or BSDF ray ran into.
 #ifndef HW_FOUND_LIGHT_GLSL
 #define HW_FOUND_LIGHT_GLSL
+#include "path_reuse.glsl"
 #include "wave.glsl"
 
 // `weight`: MIS weight against next-event estimation.
@@ -21,7 +22,11 @@ void found_light(uint path, PathState state, vec3 radiance, float weight) {
                   SplitArray(HW_FRAME.splits).at[path].feature * state.throughput * radiance * (weight * share));
     }
   }
-  result_add_light(path, state.throughput * radiance * weight, path_bounce(state.bounces),
-                   (state.flags & HW_PATH_SPLIT) != 0u, diffuse, glossy);
+  bool split = (state.flags & HW_PATH_SPLIT) != 0u;
+  vec3 light = result_clamp(state.throughput * radiance * weight, path_bounce(state.bounces), split);
+  if (HW_PATH_REUSE) {
+    if ((state.flags & HW_PATH_SHARED) != 0u) light -= reuse_put(path, light, false);
+  }
+  result_add_light(path, light, path_bounce(state.bounces), split, diffuse, glossy);
 }
 #endif

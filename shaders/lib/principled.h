@@ -45,6 +45,7 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
   float alpha = saturate(p.alpha);
   closures_add_transparent(list, weight, vec3(1.0f - alpha));
   vec3 w = vec3(weight * alpha);
+  float layers = 1.0f;  // what those above leave of w, as far as it depends on where it is seen from; 0: no one factor
 
   if (HW_HAS(HW_FEATURE_SHEEN)) {
     float sheen = max(p.sheen_weight, 0.0f);
@@ -54,10 +55,14 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
       sheen_N = p.coat_weight > 0.0f && length2 > 0.0f ? sheen_N * inversesqrt(length2) : p.normal;
       vec3 albedo =
           closures_push_sheen(list, g, w * max(p.sheen_tint, vec3(0.0f)) * sheen, saturate(p.sheen_roughness), sheen_N);
+      layers *= closure_layer_factor(albedo, w);
       w = closure_layer(albedo, w);
     }
   }
-  if (HW_HAS(HW_FEATURE_COAT)) w = principled_coat(list, g, p, w);
+  if (HW_HAS(HW_FEATURE_COAT)) {
+    w = principled_coat(list, g, p, w);
+    layers = p.coat_weight > HW_CLOSURE_WEIGHT_CUTOFF ? 0.0f : layers;
+  }
 
   vec3 emission = p.emission_color * p.emission_strength * w;
 
@@ -95,6 +100,7 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
     bool there = c.sample_weight > 0.0f;
     vec3 albedo = closure_finish_microfacet(c, HW_FRESNEL_SCHLICK, g.wo, mean_fresnel, p.multiscatter);
     closures_push(list, c);
+    layers *= there ? closure_layer_factor(albedo, w) : 1.0f;
     w = there ? closure_layer(albedo, w) : w;
   }
 
@@ -102,6 +108,7 @@ HW_FN vec3 closures_add_principled(HW_INOUT(ClosureList) list, HW_IN(ShadingGeom
   float subsurface = saturate(p.subsurface_weight);
   vec3 diffuse = mix(base, base1, subsurface);
   Closure c = closure_make(HW_CLOSURE_DIFFUSE, g, diffuse * w, p.normal);
+  c.alpha_x = layers;
   if (HW_HAS(HW_FEATURE_ROUGH_DIFFUSE)) {
     float roughness = saturate(p.diffuse_roughness);
     if (roughness >= HW_CLOSURE_WEIGHT_CUTOFF) {

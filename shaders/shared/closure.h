@@ -39,7 +39,8 @@ struct Closure {
   vec3 weight;
   float sample_weight;     // >= 0; the chance of being picked is this over the list's sum
   vec3 N;                  // shading normal, unit, world space, towards the viewer's side
-  float alpha_x;           // microfacets: alpha along `tangent`; Oren-Nayar: roughness; sheen: LTC a; toon: size [rad]
+  float alpha_x;           // microfacets: alpha along `tangent`; Oren-Nayar: roughness; sheen: LTC a; toon: size [rad];
+                           //   diffuse: share that layers above leave of `weight`, seen from here; 0: not a mere factor
   float alpha_y;           // microfacets: alpha across; sheen: LTC b; toon: smooth [rad]
   float ior;               // microfacets: index below the surface over index above (viewer's side)
   float energy_scale;      // microfacets: restores the energy of multiple scattering
@@ -79,6 +80,9 @@ struct BsdfValue {
   vec3 glossy;
   vec3 transmission;
   float pdf;
+  vec3 even;          // part of `diffuse` that is the same from wherever the surface is seen (path reuse)
+  float diffuse_pdf;  // part of `pdf` by closures whose label is DIFFUSE | REFLECT (path reuse; closures_eval alone),
+  float glossy_pdf;   // and by those whose label is GLOSSY | REFLECT
 };
 
 // `value`/`value.pdf` is the path's factor. Where `label` has SINGULAR or TRANSPARENT, the value is the factor of the

@@ -38,9 +38,11 @@ HW_NAMESPACE_END
 
 #ifdef __cplusplus
 #define HW_HAS(bit) true
+#define HW_PATH_REUSE true
 #else
 layout(constant_id = 0) const uint HW_FEATURES = 0xFFFFFFFFu;
 #define HW_HAS(bit) ((HW_FEATURES & (bit)) != 0u)
+layout(constant_id = 4) const bool HW_PATH_REUSE = false;  // pixels share what their paths found (lib/path_reuse.glsl)
 #endif
 
 #endif

@@ -50,6 +50,9 @@ HW_CONST uint HW_PATH_FIRST_DONE = 1024u;         // data passes have been writt
 HW_CONST uint HW_PATH_FEATURES_DONE = 2048u;      // denoising features have been written
 HW_CONST uint HW_PATH_REUSED = 4096u;             // the pixel's reservoir has its surface
 HW_CONST uint HW_PATH_SPLIT = 8192u;              // one of FrameParams::bounce_samples that left a surface
+HW_CONST uint HW_PATH_ANCHOR = 16384u;            // path reuse: the surface here stays for the pixel's group
+HW_CONST uint HW_PATH_FRESH = 32768u;             // path reuse: the next surface is where what is shared begins
+HW_CONST uint HW_PATH_SHARED = 65536u;            // path reuse: it was met; light by it is shared (SharedVertex)
 
 struct PathState {
   vec3 throughput;
@@ -85,9 +88,12 @@ struct SurfacePoint {
 };
 HW_CONST uint HW_SURFACE_POINT_BYTES = 64u;
 HW_CHECK_SIZE(SurfacePoint, HW_SURFACE_POINT_BYTES)
-HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;  // HW_SHADE_* (shared/closure.h)
-HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;   // no closure a light sample could be evaluated for
-HW_CONST uint HW_SURFACE_GLOSSY = 512u;       // most of it is a sharp reflection
+HW_CONST uint HW_SURFACE_SHADE_FLAGS = 255u;    // HW_SHADE_* (shared/closure.h)
+HW_CONST uint HW_SURFACE_DELTA_ONLY = 256u;     // no closure a light sample could be evaluated for
+HW_CONST uint HW_SURFACE_GLOSSY = 512u;         // most of it is a sharp reflection
+HW_CONST uint HW_SURFACE_GIVES = 2048u;         // path reuse: scatters some light of every channel diffusely
+HW_CONST uint HW_SURFACE_GIVES_GLOSSY = 8192u;  // path reuse: and its reflections are those that were sampled
+HW_CONST uint HW_SURFACE_UNEVEN = 4096u;        // path reuse: its colour depends on where it is seen from
 HW_CONST uint HW_SURFACE_WHOLE =
     1024u;  // lets light straight through, or sends it one way only: paths are not split here
 
@@ -105,7 +111,9 @@ struct ShadowState {
   uint slot;         // of the light cell that proposed it (wssr-hash)
   float teaches;     // what the cell learns of each unit of luminance: 1 / that of the path's throughput
 };
-HW_CONST uint HW_SHADOW_SPLIT = 256u;  // beside the scatterings: its path is HW_PATH_SPLIT
+HW_CONST uint HW_SHADOW_SPLIT = 256u;         // beside the scatterings: its path is HW_PATH_SPLIT
+HW_CONST uint HW_SHADOW_SHARED = 512u;        // its path is HW_PATH_SHARED,
+HW_CONST uint HW_SHADOW_SHARED_HERE = 1024u;  // since this surface
 HW_CONST uint HW_SHADOW_BYTES = 64u;
 HW_CHECK_SIZE(ShadowState, HW_SHADOW_BYTES)
 
@@ -122,8 +130,9 @@ HW_CHECK_SIZE(PathSplit, 36)
 struct SplitRecord {
   float light[2];
   float apart[2];
+  float kept[2];  // the same square without what path reuse would share
 };
-HW_CHECK_SIZE(SplitRecord, 16)
+HW_CHECK_SIZE(SplitRecord, 24)
 
 // What adaptive sampling samples at once (core/session/adaptive_plan.h): all pixels of a block of so many on a side,
 // once.
@@ -141,6 +150,38 @@ HW_CONST uint HW_SAMPLE_WEIGHT_SHIFT = 28u;
 // Behind a pixel's passes, in films of weighted samples: the sum of weights, the same of the even half alone, and the
 // sum of what that brought to Combined, 3.
 HW_CONST uint HW_FILM_WEIGHTS = 5u;
+
+// Path reuse (lib/path_reuse.glsl): pixels in a group, and the tile of the picture that holds eight groups.
+HW_CONST uint HW_REUSE_PIXELS = 8u;
+HW_CONST uint HW_REUSE_TILE_ROWS = 4u;
+HW_CONST uint HW_REUSE_TILE = 64u;  // pixels
+
+// The surface that a path meets after its pixel's anchor, one a path: where the light is that its group shares.
+struct SharedVertex {
+  vec3 arrival;  // throughput with which the path set out for it; in the end its light over all ways to find it
+  uint kind;     // HW_SHARED_*
+  vec3 position;
+  uint normal;  // geometric, on the side it was seen from, octahedral
+  vec3 light;   // what came by its even reflection, times the path's throughput
+  uint glossy;  // 1: by a glossy reflection, 0: by a diffuse one
+  vec3 share;   // even part of how the path went on from it
+  uint pad1;
+  vec3 light_share;  // even part of what its light sample reflects
+  uint pad2;
+};
+HW_CONST uint HW_SHARED_VERTEX_BYTES = 80u;
+HW_CHECK_SIZE(SharedVertex, HW_SHARED_VERTEX_BYTES)
+HW_CONST uint HW_SHARED_NONE = 0u;
+HW_CONST uint HW_SHARED_MET = 1u;    // `light` gathers
+HW_CONST uint HW_SHARED_GIVEN = 2u;  // `arrival` is what each pixel of the group multiplies with its own part
+
+// An anchor of a group that looks at a shared vertex of it.
+struct SharedPair {
+  vec3 f;     // what the anchor makes of the vertex' light: f cos cos / distance^2
+  float pdf;  // of finding the vertex from here, by area; 0: it can't
+};
+HW_CONST uint HW_SHARED_PAIR_BYTES = 16u;
+HW_CHECK_SIZE(SharedPair, HW_SHARED_PAIR_BYTES)
 
 struct RayCounters {
   uint64_t camera, indirect, shadow, transparent_shadow;
@@ -164,6 +205,11 @@ struct FrameParams {
   uint64_t hit_queues[2];        // sorted hits by shading class (HW_MAX_SHADING_CLASSES)
   uint64_t program_queue;        // light samples whose emission is a program
   uint64_t sampled_blocks;       // SampledBlock[] of this pass, in adaptive sampling; 0: all pixels
+  uint64_t shared_vertices;      // SharedVertex[]
+  uint64_t shared_pairs;         // SharedPair[path_capacity * HW_REUSE_PIXELS]
+  uint64_t shared_shares;        // vec3[]: of each pair's f, the diffuse part, for the light passes
+  uint64_t shared_rays;          // Ray[]
+  uint64_t shared_hits;          // uint[]: 1 = blocked
   uint width, height;            // full frame
   uint region_x, region_y, region_width, region_height;
   // This wave: pixels [first_pixel, first_pixel + wave_pixels), each with wave_samples paths; of `sampled_blocks`, one
@@ -189,12 +235,14 @@ struct FrameParams {
   uint frame_flags;                                    // HW_FRAME_*
   uint light_samples;                                  // at the first surface of a path
   uint bounce_samples;                                 // paths that go on from the first surface that scatters light
-  uint pixels_a_path;                                  // above 1: a path for one pixel of so many, drawn at random
-  uint preparation_seed;                               // of that draw
+  uint places;  // of a path of the camera: bounce_samples; with path reuse one more
+  uint pad;
+  uint pixels_a_path;     // above 1: a path for one pixel of so many, drawn at random
+  uint preparation_seed;  // of that draw
   ReuseFrame reuse;
   LightCellFrame light_cells;  // wssr-hash
 };
-HW_CHECK_SIZE(FrameParams, 744)
+HW_CHECK_SIZE(FrameParams, 792)
 HW_CONST uint HW_FRAME_BSDF_HITS_EMIT =
     1u;  // something that emits can be hit by BSDF rays: trace them at the last bounce
 HW_CONST uint HW_FRAME_SURFACES_DARK = 2u;  // no material emits or lets light straight through

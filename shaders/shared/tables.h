@@ -110,6 +110,7 @@ HW_CONST uint HW_MATERIAL_NO_MIS = 8u;           // emission sampling off: found
 HW_CONST uint HW_MATERIAL_EMIT_FRONT = 16u;      // emission sampling "front" / "back" only
 HW_CONST uint HW_MATERIAL_EMIT_BACK = 32u;
 HW_CONST uint HW_MATERIAL_BUMP_CORRECTION = 64u;  // softened bump terminator: sets HW_SHADE_BUMP_CORRECTION
+HW_CONST uint HW_MATERIAL_UNEVEN = 128u;          // its look depends on where it is seen from: the core sets it
 
 HW_CONST uint HW_TEXEL_RGBA8 = 0u;
 HW_CONST uint HW_TEXEL_RGBA16F = 1u;

@@ -15,7 +15,7 @@ void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= HW_FRAME.wave_pixels) return;
   uint stride = HW_FRAME.film_stride;
-  uint samples = HW_FRAME.wave_samples * HW_FRAME.bounce_samples;
+  uint samples = HW_FRAME.wave_samples * HW_FRAME.places;
   FloatBuffer film = FloatBuffer(HW_FRAME.film);
   FloatBuffer results = FloatBuffer(HW_FRAME.results);
 #ifdef HW_SAMPLED_BLOCKS

@@ -16,13 +16,13 @@ void main() {
   uint path = gl_GlobalInvocationID.x;
   uint count = HW_FRAME.wave_pixels * HW_FRAME.wave_samples;
   if (path == 0u) QueueRef(push.out_queue).header.count = count;
-  if (path >= count * HW_FRAME.bounce_samples) return;
+  if (path >= count * HW_FRAME.places) return;
   uint stride = HW_FRAME.film_stride;
   FloatBuffer results = FloatBuffer(HW_FRAME.results);
   for (uint c = 0u; c < stride; ++c) results.at[path * stride + c] = 0.0;
   // Places that are left for paths that go on from what this one finds.
-  uint number = path / HW_FRAME.bounce_samples;
-  if (path != number * HW_FRAME.bounce_samples) return;
+  uint number = path / HW_FRAME.places;
+  if (path != number * HW_FRAME.places) return;
   results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_COMBINED] + 3u] = 1.0;  // alpha: what a miss takes away
   if (pass_on(HW_PASS_MIST)) results.at[path * stride + HW_FRAME.pass_offset[HW_PASS_MIST]] = 1.0;  // less what surfaces show
 

@@ -6,6 +6,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_shader_atomic_int64 : require
+#include "lib/path_reuse.glsl"
 #include "lib/wave.glsl"
 #ifdef HW_CELLS_LEARN
 #include "lib/light_cell_learn.glsl"
@@ -24,6 +25,9 @@ void main() {
     ShadowState s = shadow_load(shadow);
     uint bounce = s.bounce & (HW_SHADOW_SPLIT - 1u);
     vec3 v = result_clamp(s.radiance, bounce, (s.bounce & HW_SHADOW_SPLIT) != 0u);
+    if (HW_PATH_REUSE) {
+      if ((s.bounce & HW_SHADOW_SHARED) != 0u) v -= reuse_put(path, v, (s.bounce & HW_SHADOW_SHARED_HERE) != 0u);
+    }
     sum += result_value(v);
     result_add_light_passes(path, v, bounce, s.diffuse, s.glossy);
     arrived = true;

@@ -19,6 +19,7 @@
 #endif
 #include "lib/light_choice.glsl"
 #include "lib/light_sampling.h"
+#include "lib/path_reuse.glsl"
 #include "lib/sampler.h"
 #include "lib/shadow_ray.glsl"
 #include "lib/world_sampling.h"
@@ -26,14 +27,12 @@ layout(local_size_x = 64) in;
 
 // out_queue: shadow rays; out_queue2: paths with a next ray.
 
-vec3 shares_of(vec3 part, vec3 total) {
-  return vec3(total.x > 0.0 ? part.x / total.x : 0.0, total.y > 0.0 ? part.y / total.y : 0.0,
-              total.z > 0.0 ? part.z / total.z : 0.0);
-}
+// What path reuse does here: nothing, or the surface is its pixel's anchor, or a shared vertex.
+const uint HW_REUSE_NOT = 0u, HW_REUSE_ANCHOR = 1u, HW_REUSE_VERTEX = 2u;
 
 // Light sample `number` of `samples`. False: it brings nothing, whatever its shadow ray would say.
 bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometry sg, ClosureList list, uint dimension_bounce,
-                  uint samples, uint number, uint ways) {
+                  uint samples, uint number, uint ways, uint reuse) {
   ShadowState shadow;
   shadow.slot = 0u;
   shadow.teaches = 0.0;
@@ -69,6 +68,14 @@ bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
 
   shadow.radiance = radiance;
   shadow.bounce = (path_bounce(state.bounces) + 1u) | ((state.flags & HW_PATH_SPLIT) != 0u ? HW_SHADOW_SPLIT : 0u);
+  if (HW_PATH_REUSE) {
+    bool here = reuse == HW_REUSE_VERTEX;
+    if (here) {
+      vec3 even = (draw.flags & HW_LIGHT_DIFFUSE) != 0u ? bsdf.even : vec3(0.0);
+      SharedVertexArray(HW_FRAME.shared_vertices).at[path].light_share = shares_of(even, f);
+    }
+    if ((state.flags & HW_PATH_SHARED) != 0u) shadow.bounce |= HW_SHADOW_SHARED | (here ? HW_SHADOW_SHARED_HERE : 0u);
+  }
   shadow.diffuse = vec3(0.0);
   shadow.glossy = vec3(0.0);
   shadow.light = draw.light;
@@ -95,14 +102,17 @@ bool sample_light(uint path, PathState state, SurfacePoint point, ShadingGeometr
   return true;
 }
 
-// One of `ways` paths that go on from a surface by a BSDF sample: path `first` + `way`. `samples`: the surface's light
-// samples.
-void scatter(uint first, uint way, uint ways, PathState state, Ray ray, SurfacePoint point, ShadingGeometry sg,
-             ClosureList list, uint samples) {
-  uint path = first + way;
+// One of `ways` paths that go on from a surface by a BSDF sample. `places`: of the surface's path, where they are split,
+// else 1; they take the last. `samples`: the surface's light samples.
+void scatter(uint first, uint way, uint ways, uint places, PathState state, Ray ray, SurfacePoint point,
+             ShadingGeometry sg, ClosureList list, uint samples, uint reuse) {
+  uint path = first + places - ways + way;
   uint bounce = path_bounce(state.bounces);
   uint dimension_bounce = bounce + state.transparent;
-  if (ways > 1u) {
+  if (HW_PATH_REUSE) {
+    if (reuse == HW_REUSE_ANCHOR) SharedVertexArray(HW_FRAME.shared_vertices).at[path].kind = HW_SHARED_NONE;
+  }
+  if (places > 1u) {
     state.sample_index = state.sample_index * ways + way;
     state.throughput *= 1.0 / float(ways);
     state.flags |= HW_PATH_SPLIT;
@@ -118,6 +128,10 @@ void scatter(uint first, uint way, uint ways, PathState state, Ray ray, SurfaceP
   vec3 total = s.value.diffuse + s.value.glossy + s.value.transmission;
   vec3 throughput = state.throughput * (total / s.value.pdf);
   if (!(throughput.x + throughput.y + throughput.z > 0.0)) return;
+  if (HW_PATH_REUSE) {
+    if (reuse == HW_REUSE_VERTEX)
+      SharedVertexArray(HW_FRAME.shared_vertices).at[path].share = shares_of(s.value.even, total);
+  }
 
   bool transparent = (s.label & HW_LABEL_TRANSPARENT) != 0u;
   if (transparent) {
@@ -148,10 +162,18 @@ void scatter(uint first, uint way, uint ways, PathState state, Ray ray, SurfaceP
 
     bool keeps_background = (HW_FRAME.transparent_film & 2u) != 0u && !reflects &&
                             (state.flags & HW_PATH_BACKGROUND_VISIBLE) != 0u && s.roughness < 0.1;
-    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_FEATURES_DONE | HW_PATH_NO_TRANSPARENT | HW_PATH_SPLIT);
+    uint kept = state.flags & (HW_PATH_FIRST_DONE | HW_PATH_FEATURES_DONE | HW_PATH_NO_TRANSPARENT | HW_PATH_SPLIT | HW_PATH_SHARED);
     state.flags = kept | (reflects ? HW_PATH_REFLECTION : HW_PATH_TRANSMISSION) |
                   (diffuse ? HW_PATH_DIFFUSE : singular ? HW_PATH_GLOSSY | HW_PATH_SINGULAR : HW_PATH_GLOSSY) |
                   (last ? HW_PATH_EMISSION_ONLY : 0u) | (keeps_background ? HW_PATH_BACKGROUND_VISIBLE : 0u);
+    if (HW_PATH_REUSE) {
+      uint gives = diffuse ? HW_SURFACE_GIVES : HW_SURFACE_GIVES_GLOSSY;
+      if (reuse == HW_REUSE_ANCHOR && reflects && !singular && (point.flags & gives) != 0u && !last) {
+        state.flags |= HW_PATH_FRESH;
+        SharedVertexArray(HW_FRAME.shared_vertices).at[path].arrival = throughput;
+        SharedVertexArray(HW_FRAME.shared_vertices).at[path].glossy = diffuse ? 0u : 1u;
+      }
+    }
     // As many against as many light samples as this surface has had: MIS sees nothing but the ratio of the two.
     state.mis_pdf = singular ? 0.0 : s.value.pdf * (float(ways) / float(samples));
     state.mis_origin = point.position;
@@ -195,8 +217,29 @@ void main() {
   uint dimension_bounce = bounce + state.transparent;
 
   // Where light scatters first, several paths go on: what was found of the surface serves them all.
-  bool splits = push.b > 1u && (state.flags & HW_PATH_SPLIT) == 0u && (point.flags & HW_SURFACE_WHOLE) == 0u;
+  bool whole = (point.flags & HW_SURFACE_WHOLE) != 0u;
+  bool splits = HW_FRAME.places > 1u && (state.flags & HW_PATH_SPLIT) == 0u && !whole;
   uint ways = splits ? push.b : 1u;
+  uint places = splits ? HW_FRAME.places : 1u;
+  uint reuse = HW_REUSE_NOT;
+  if (HW_PATH_REUSE) {
+    if (splits && places > ways && (point.flags & (HW_SURFACE_GIVES | HW_SURFACE_GIVES_GLOSSY)) != 0u && bounce == 0u && state.transparent == 0u) {
+      reuse = HW_REUSE_ANCHOR;
+      PathArray(HW_FRAME.paths).at[path].flags = state.flags | HW_PATH_ANCHOR;
+    }
+    if ((state.flags & HW_PATH_FRESH) != 0u) {
+      state.flags &= ~HW_PATH_FRESH;
+      if (!whole && (point.flags & HW_SURFACE_UNEVEN) == 0u) {
+        reuse = HW_REUSE_VERTEX;
+        state.flags |= HW_PATH_SHARED;
+        SharedVertexArray vertices = SharedVertexArray(HW_FRAME.shared_vertices);
+        vertices.at[path].kind = HW_SHARED_MET;
+        vertices.at[path].position = point.position;
+        vertices.at[path].normal = octahedral_pack(point.normal);
+        vertices.at[path].light = vec3(0.0);
+      }
+    }
+  }
   uint samples = push.a;
   bool lit = (point.flags & HW_SURFACE_DELTA_ONLY) == 0u && HW_ROOT.light_count > 0u;
 #ifdef HW_CELLS_DRAW
@@ -204,9 +247,10 @@ void main() {
   if (lit) light_cell_enter(path, state, point, samples);
 #endif
   for (uint number = 0u; number < samples; ++number) {
-    bool asks = lit && sample_light(path, state, point, sg, list, dimension_bounce, samples, number, ways);
+    bool asks = lit && sample_light(path, state, point, sg, list, dimension_bounce, samples, number, ways, reuse);
     if (!asks) UintBuffer(HW_FRAME.shadow_hits).at[shadow_of(path, number)] = 1u;
   }
 
-  for (uint way = 0u; way < ways; ++way) scatter(path, way, ways, state, ray, point, sg, list, samples);
+  for (uint way = 0u; way < ways; ++way)
+    scatter(path, way, ways, places, state, ray, point, sg, list, samples, reuse);
 }

@@ -127,6 +127,8 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   bool blurs = blur < 1.0;
   float blur_roughness = sqrt(max(1.0 - blur, 0.0)) * 0.5;
   float sharp = 0.0, blurry = 0.0;
+  vec3 reflected = vec3(0.0);
+  bool bumped_reflection = false;
   for (uint i = 0u; i < count; ++i) {
     Closure c = closure_load(surface.closures, i);
     if (blurs) {
@@ -145,6 +147,10 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
       sharp += !singular && reflects ? c.sample_weight : 0.0;
       blurry += singular || reflects ? 0.0 : c.sample_weight;
     }
+    if (HW_PATH_REUSE) {
+      reflected += closure_reflects_diffusely(c) ? c.weight : vec3(0.0);
+      bumped_reflection = bumped_reflection || (!closure_is_diffuse(c) && (c.type & HW_CLOSURE_BUMPED) != 0u);
+    }
     delta_only = delta_only && singular;
     straight = straight || closure_type(c) == HW_CLOSURE_TRANSPARENT;
   }
@@ -158,6 +164,11 @@ void met_surface(uint path, PathState state, Ray ray, Hit hit) {
   point.receiver = (octahedral_pack(receiver) & ~HW_RECEIVER_TRANSMITS) | (transmits ? HW_RECEIVER_TRANSMITS : 0u);
   point.closure_count = count;
   point.flags = sg.flags | (delta_only ? HW_SURFACE_DELTA_ONLY : 0u) | (delta_only || straight ? HW_SURFACE_WHOLE : 0u) | (sharp > 2.0 * blurry ? HW_SURFACE_GLOSSY : 0u);
+  if (HW_PATH_REUSE) {
+    point.flags |= !straight && min(reflected.x, min(reflected.y, reflected.z)) > 1e-3 * max(reflected.x, max(reflected.y, reflected.z)) ? HW_SURFACE_GIVES : 0u;
+    point.flags |= !straight && !bumped_reflection ? HW_SURFACE_GIVES_GLOSSY : 0u;
+    point.flags |= (material_flags & HW_MATERIAL_UNEVEN) != 0u ? HW_SURFACE_UNEVEN : 0u;
+  }
   surface_store(path, point);
   path_store_progress(path, state);
   queue_push(push.out_queue, path);
